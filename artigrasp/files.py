@@ -1,0 +1,79 @@
+"""How every file of the project is written (whole or not at all) and recognised (format and version)."""
+
+import operator
+import os
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from artigrasp.errors import UserError
+
+
+@contextmanager
+def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Write a file so that nobody ever sees half of it.
+
+    Missing parent folders are made. Only whole files take the name ``path``: a block that raises leaves an existing
+    file as it was.
+
+    Args:
+        path: The file to write or replace.
+
+    Yields:
+        A path beside ``path``, with the same suffix, at which the caller writes a new file.
+
+    Raises:
+        UserError: The folder cannot be made or written to.
+    """
+    path = Path(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"{path.parent}: cannot make this folder: {error.strerror}") from error
+    if path.is_dir():
+        raise UserError(f"{path}: expected a file to write, found a folder")
+    if not os.access(path.parent, os.W_OK):
+        raise UserError(f"{path.parent}: cannot write to this folder: permission denied")
+    temporary = path.with_name(f".{path.stem}.{secrets.token_hex(4)}{path.suffix}")
+    try:
+        yield temporary
+        # "r+b": Windows syncs only handles that may write.
+        with temporary.open("r+b") as written:
+            os.fsync(written.fileno())
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def check_format(
+    found_format: object, found_version: object, format: str, version: int, path: str | os.PathLike[str]
+) -> None:
+    """Refuse a file of another kind, or one that a newer program wrote.
+
+    Args:
+        found_format: The file's ``format`` field, None if it has none; a zero-dimensional array counts as its item.
+        found_version: The file's ``version`` field, likewise.
+        format: Format that the caller reads.
+        version: Newest version of it that the caller reads; older ones, from 1, pass.
+        path: The file, for the message.
+
+    Raises:
+        UserError: The format differs, or the version is newer or no version at all.
+    """
+    if str(found_format) != format:
+        raise UserError(f"{path}: format: expected {format!r}, found {_show(found_format)}")
+    try:
+        number = operator.index(found_version)  # type: ignore[arg-type]
+    except TypeError:
+        number = 0
+    if number < 1:
+        raise UserError(f"{path}: version: expected a whole number from 1, found {_show(found_version)}")
+    if number > version:
+        raise UserError(
+            f"{path}: version: expected at most {version}, found {number}: a newer version of artigrasp wrote this file"
+        )
+
+
+def _show(value: object) -> str:
+    return "none" if value is None else repr(str(value))

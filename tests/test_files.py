@@ -1,0 +1,63 @@
+"""Tests of writing whole files and of recognising them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from artigrasp.errors import UserError
+from artigrasp.files import atomic_write, check_format
+
+
+def test_atomic_write_renames_when_whole(tmp_path: Path) -> None:
+    """The file appears under its name, in folders that did not exist, with nothing left beside it."""
+    target = tmp_path / "new" / "numbers.npz"
+    with atomic_write(target) as temporary:
+        assert temporary.parent == target.parent and temporary.suffix == ".npz"
+        np.savez(temporary, a=np.arange(3))
+        assert not target.exists()
+    assert list(target.parent.iterdir()) == [target]
+    np.testing.assert_array_equal(np.load(target, allow_pickle=False)["a"], [0, 1, 2])
+
+
+def test_atomic_write_keeps_the_old_file_on_failure(tmp_path: Path) -> None:
+    """A block that raises leaves the old content and no temporary file."""
+    target = tmp_path / "note.txt"
+    target.write_text("old")
+    with pytest.raises(RuntimeError, match="half way"), atomic_write(target) as temporary:
+        temporary.write_text("ne")
+        raise RuntimeError("half way")
+    assert target.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_atomic_write_refuses_impossible_places(tmp_path: Path) -> None:
+    """A folder in the file's place, or a file in the folder's place, is the user's mistake."""
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UserError, match="cannot make this folder"), atomic_write(tmp_path / "file" / "x.txt"):
+        pass
+    with pytest.raises(UserError, match="found a folder"), atomic_write(tmp_path):
+        pass
+
+
+def test_check_format_accepts_own_files() -> None:
+    """The format at this or an older version passes, also as the arrays that np.load returns."""
+    check_format("artigrasp.motion", 1, "artigrasp.motion", 2, "m.npz")
+    check_format(np.array("artigrasp.motion"), np.array(2), "artigrasp.motion", 2, "m.npz")
+
+
+@pytest.mark.parametrize(
+    ("found_format", "found_version", "message"),
+    [
+        (None, None, "m.npz: format: expected 'artigrasp.motion', found none"),
+        ("artigrasp.references", 1, "m.npz: format: expected 'artigrasp.motion', found 'artigrasp.references'"),
+        ("artigrasp.motion", "new", "m.npz: version: expected a whole number from 1, found 'new'"),
+        ("artigrasp.motion", 0, "m.npz: version: expected a whole number from 1, found '0'"),
+        ("artigrasp.motion", 3, "m.npz: version: expected at most 2, found 3: a newer version"),
+    ],
+)
+def test_check_format_refuses_other_files(found_format: object, found_version: object, message: str) -> None:
+    """Another format, no version or a newer one is refused by name."""
+    with pytest.raises(UserError) as caught:
+        check_format(found_format, found_version, "artigrasp.motion", 2, "m.npz")
+    assert str(caught.value).startswith(message)
