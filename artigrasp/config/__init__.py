@@ -1,0 +1,27 @@
+"""Typed settings of a task: pure data, which imports nothing but the standard library and the user's error."""
+
+from artigrasp.config.action import ActionConfig, ResidualConfig, SynergyConfig
+from artigrasp.config.learning import PPOConfig
+from artigrasp.config.parse import from_dict, to_dict
+from artigrasp.config.physics import PDGain, PDGains, PhysicsConfig
+from artigrasp.config.reset import ResetConfig
+from artigrasp.config.reward import RewardConfig
+from artigrasp.config.task import TaskConfig
+from artigrasp.config.task_file import read_task, write_task
+
+__all__ = [
+    "ActionConfig",
+    "PDGain",
+    "PDGains",
+    "PPOConfig",
+    "PhysicsConfig",
+    "ResetConfig",
+    "ResidualConfig",
+    "RewardConfig",
+    "SynergyConfig",
+    "TaskConfig",
+    "from_dict",
+    "read_task",
+    "to_dict",
+    "write_task",
+]

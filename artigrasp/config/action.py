@@ -1,0 +1,96 @@
+"""Settings of the action: joint targets are a prior plus offsets that the policy decides at its own pace."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from artigrasp.config.checks import FieldError, require_fraction, require_not_negative, require_positive
+
+
+@dataclass(frozen=True)
+class SynergyConfig:
+    """Slow offsets along a few directions: 3 + 3 of the wrist, 1 + 4 of the fingers, 1 of the hinge lead.
+
+    Each scale is the offset that an action of one stands for.
+    """
+
+    wrist_translation: float = 0.015
+    """Offset of the wrist per axis, in the manipulated part's frame [m]."""
+    wrist_rotation: float = 0.15
+    """Rotation of the wrist per axis, in the manipulated part's frame [rad]."""
+    finger_flexion: float = 0.3
+    """Common flexion of index, middle, ring and pinky [rad]."""
+    thumb: float = 0.3
+    """Each of the thumb's four angles [rad]."""
+    hinge_lead: float = 0.15
+    """Change of the hinge-following wrist's lead [rad]."""
+    decision_interval: int = 300
+    """Control steps for which one decision holds; an episode's length makes it one decision per episode."""
+
+    def __post_init__(self) -> None:
+        require_not_negative(self, "wrist_translation", "wrist_rotation", "finger_flexion", "thumb", "hinge_lead")
+        require_positive(self, "decision_interval")
+
+
+@dataclass(frozen=True)
+class ResidualConfig:
+    """Fast offsets of all 51 joint targets; each scale is the offset that an action of one stands for (the paper's)."""
+
+    wrist_translation: float = 0.001
+    """Offset of each wrist slide [m]."""
+    wrist_rotation: float = 0.01
+    """Offset of each wrist hinge [rad]."""
+    fingers: float = 0.015
+    """Offset of each finger angle [rad]."""
+    decision_interval: int = 1
+    """Control steps for which one decision holds."""
+
+    def __post_init__(self) -> None:
+        require_not_negative(self, "wrist_translation", "wrist_rotation", "fingers")
+        require_positive(self, "decision_interval")
+
+
+@dataclass(frozen=True)
+class ActionConfig:
+    """How an action becomes joint targets: a prior plus the terms that are not None.
+
+    The defaults are the paper's: the wrist at the reference on the moving part, the fingers where they are, and a
+    residual on top.
+    """
+
+    wrist_prior: Literal["reference", "hinge"] = "reference"
+    """Where the wrist goes by itself: to the reference on the manipulated part as it is now, or to the reference on
+    the part turned ahead about the hinge toward the goal."""
+    finger_prior: Literal["current", "reference"] = "current"
+    """Where the fingers go by themselves: they stay as they are, or close to the reference."""
+    synergy: SynergyConfig | None = None
+    """Slow offsets along a few directions."""
+    residual: ResidualConfig | None = ResidualConfig()
+    """Fast offsets of every joint."""
+    hinge_lead: float = 0.3
+    """Angle by which the wrist prior "hinge" runs ahead of the part, at most [rad]."""
+    approach_steps: int = 0
+    """Control steps over which the wrist prior moves from the initial pose to its goal; 0 aims there at once."""
+    close_start: int = 30
+    """Control step at which the finger prior "reference" begins to close."""
+    close_end: int = 70
+    """Control step at which it reaches the reference."""
+    open_fraction: float = 0.3
+    """Finger angles before closing, as a fraction of the reference's."""
+
+    def __post_init__(self) -> None:
+        require_not_negative(self, "hinge_lead", "approach_steps", "close_start")
+        require_fraction(self, "open_fraction")
+        if self.close_end < self.close_start:
+            raise FieldError.mismatch("close_end", f"at least close_start ({self.close_start})", self.close_end)
+
+    @property
+    def decision_interval(self) -> int:
+        """Control steps between two decisions of the policy: the shortest interval of the terms in use.
+
+        Raises:
+            FieldError: No term is in use, so that there is nothing to decide.
+        """
+        intervals = [term.decision_interval for term in (self.synergy, self.residual) if term is not None]
+        if not intervals:
+            raise FieldError("synergy", "expected a synergy or a residual term for a policy to decide, found neither")
+        return min(intervals)

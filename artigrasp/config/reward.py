@@ -1,0 +1,43 @@
+"""Weights of the reward (paper, section "Reward" and the supplement's table of parameters)."""
+
+from dataclasses import dataclass, fields
+
+from artigrasp.config.checks import require_not_negative
+
+
+@dataclass(frozen=True)
+class RewardConfig:
+    """Weights of the reward terms, the paper's by default; a weight of zero leaves its term out.
+
+    Errors and velocities are subtracted, contacts are added; the signs belong to the terms, so no weight is negative.
+    """
+
+    keypoint: float = 3.0
+    """w_px: squared position error of each joint keypoint [1/m2]."""
+    fingertip: float = 12.0
+    """w_px of the five fingertips [1/m2]."""
+    pose: float = 0.2
+    """w_pq: norm of the wrist rotation and finger angle error [1/rad]."""
+    contact: float = 1.5
+    """w_cc: fraction of the target contacts that are made."""
+    force: float = 1.5
+    """w_cf: force on the target contacts, capped [1/N]."""
+    force_cap: float = 5.0
+    """lambda: cap of that force per kilogram of the object [N/kg]."""
+    hand_velocity: float = 0.5
+    """w_rh: squared linear and angular velocity of the wrist."""
+    object_velocity: float = 0.2
+    """w_ro: squared velocity of the object, hinge included."""
+    angle: float = 1.5
+    """w_tq: hinge angle error [1/rad]."""
+    displacement: float = 0.2
+    """w_tx: squared distance of the base from where it began [1/m2]."""
+    outcome_error: float = 0.0
+    """Hinge angle error at the end of the episode [1/rad]; not in the paper."""
+    outcome_mean_error: float = 0.0
+    """Hinge angle error averaged over the episode [1/rad]; not in the paper."""
+    outcome_success: float = 0.0
+    """Success at the end of the episode; not in the paper."""
+
+    def __post_init__(self) -> None:
+        require_not_negative(self, *(field.name for field in fields(self)))

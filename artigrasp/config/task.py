@@ -1,0 +1,62 @@
+"""Everything that defines one task: what is simulated, what an action means, what is rewarded, how it is learned."""
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from artigrasp.config.action import ActionConfig
+from artigrasp.config.checks import FieldError, require_ordered_choice, require_positive
+from artigrasp.config.learning import PPOConfig
+from artigrasp.config.physics import PDGains, PhysicsConfig
+from artigrasp.config.reset import ResetConfig
+from artigrasp.config.reward import RewardConfig
+
+Side = Literal["left", "right"]
+Kind = Literal["articulate", "grasp"]
+
+
+@dataclass(frozen=True)
+class TaskConfig:
+    """One task; the defaults are the paper's first phase of the right hand."""
+
+    name: str
+    """Name on the command line: lower case words joined by hyphens."""
+    description: str
+    """One line for `artigrasp list tasks`."""
+    hands: tuple[Side, ...] = ("right",)
+    """Hands in the scene, left before right."""
+    fixed_base: bool = True
+    """Whether the object's base is fixed in space; if not, the object stands on the plane z = 0."""
+    kinds: tuple[Kind, ...] = ("articulate",)
+    """Kinds of references that the task draws from."""
+    episode_steps: int = 300
+    """Control steps per episode."""
+    include_hinge_features: bool = True
+    """Whether the policy sees the hinge (the paper's I_art), which one ablation leaves out."""
+    world_count: int = 2000
+    """Worlds simulated at once in training."""
+    iterations: int = 10_000
+    """PPO iterations of a full training."""
+    physics: PhysicsConfig = PhysicsConfig()
+    """Time stepping and contact."""
+    gains: PDGains = PDGains()
+    """PD gains of the hands."""
+    action: ActionConfig = ActionConfig()
+    """What an action means."""
+    reset: ResetConfig = ResetConfig()
+    """How an episode starts."""
+    reward: RewardConfig = RewardConfig()
+    """What is rewarded."""
+    ppo: PPOConfig = PPOConfig()
+    """How it is learned."""
+
+    def __post_init__(self) -> None:
+        if not self.name or not self.name.replace("-", "").isalnum() or self.name != self.name.lower():
+            raise FieldError.mismatch("name", "lower case words joined by hyphens", self.name)
+        require_positive(self, "episode_steps", "world_count", "iterations")
+        require_ordered_choice(self, "hands", get_args(Side))
+        require_ordered_choice(self, "kinds", get_args(Kind))
+
+    @property
+    def control_dt(self) -> float:
+        """Control step [s]."""
+        return self.physics.control_dt
