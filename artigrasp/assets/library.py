@@ -1,0 +1,54 @@
+"""Where assets are looked for: the user's own first, then those that come with the package."""
+
+import os
+from pathlib import Path
+from typing import Literal
+
+import platformdirs
+
+import artigrasp.assets_usd
+from artigrasp.errors import unknown
+
+AssetKind = Literal["hands", "objects", "references"]
+SUFFIX: dict[AssetKind, str] = {"hands": ".usda", "objects": ".usda", "references": ".npz"}
+
+
+def packaged_root() -> Path:
+    """The folder of the assets that come with the package."""
+    return Path(next(iter(artigrasp.assets_usd.__path__)))
+
+
+def import_root() -> Path:
+    """The folder that imported data lands in.
+
+    ``$ARTIGRASP_ASSETS`` where it is set; else ``assets_usd/arctic`` of a source checkout, which git ignores; else the
+    user's data folder.
+    """
+    if chosen := os.environ.get("ARTIGRASP_ASSETS"):
+        return Path(chosen).expanduser().resolve()
+    packaged = packaged_root()
+    if (packaged.parent / "pyproject.toml").is_file():
+        return packaged / "arctic"
+    return platformdirs.user_data_path("artigrasp")
+
+
+def asset_roots() -> tuple[Path, ...]:
+    """The folders that hold ``hands/``, ``objects/`` and ``references/``, the first to be searched first."""
+    return import_root(), packaged_root()
+
+
+def list_assets(kind: AssetKind) -> list[str]:
+    """The names of all assets of a kind, sorted."""
+    return sorted({path.stem for root in asset_roots() for path in (root / kind).glob(f"[!.]*{SUFFIX[kind]}")})
+
+
+def find_asset(kind: AssetKind, name: str) -> Path:
+    """The file of an asset.
+
+    Raises:
+        UserError: there is none; suggests names that come near.
+    """
+    names = list_assets(kind)
+    if name not in names:
+        raise unknown(kind.removesuffix("s"), name, names)
+    return next(path for root in asset_roots() if (path := root / kind / f"{name}{SUFFIX[kind]}").is_file())

@@ -1,0 +1,167 @@
+"""The few USD operations that hand and object files share: stages, poses and masses, with errors a user can read."""
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdPhysics, UsdUtils
+from scipy.spatial.transform import Rotation
+
+from artigrasp.errors import UserError
+from artigrasp.files import atomic_write, check_format
+
+Array = NDArray[np.float64]
+
+
+def new_stage(root: str, format: str, version: int) -> Usd.Stage:
+    """A stage in metres, kilograms and Z up whose default prim is ``/<root>``."""
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    UsdPhysics.SetStageKilogramsPerUnit(stage, 1.0)
+    stage.GetRootLayer().customLayerData = {"format": format, "version": version}
+    stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, f"/{root}").GetPrim())
+    return stage
+
+
+def save_stage(stage: Usd.Stage, path: Path) -> None:
+    """Write the stage's root layer as text, whole or not at all."""
+    with atomic_write(path) as temporary:
+        temporary.write_text(stage.GetRootLayer().ExportToString(), encoding="utf-8")
+
+
+def set_pose(prim: Usd.Prim, position: ArrayLike, orientation: ArrayLike = (0.0, 0.0, 0.0, 1.0)) -> None:
+    """Place a prim in its parent: position [m], orientation xyzw."""
+    xform = UsdGeom.Xformable(prim)
+    xform.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Vec3d(*vector(position)))
+    xform.AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Quatd(*_wxyz(orientation)))
+
+
+def set_mass(prim: Usd.Prim, mass: float, com: ArrayLike, inertia: Array) -> None:
+    """Make the prim a rigid body of this mass [kg], centre of mass [m] and inertia about it [kg·m²], shape (3, 3)."""
+    UsdPhysics.RigidBodyAPI.Apply(prim)
+    api = UsdPhysics.MassAPI.Apply(prim)
+    moments, axes = np.linalg.eigh(inertia)
+    axes[:, 2] *= np.sign(np.linalg.det(axes))
+    api.CreateMassAttr(float(mass))
+    api.CreateCenterOfMassAttr(Gf.Vec3f(*vector(com)))
+    api.CreateDiagonalInertiaAttr(Gf.Vec3f(*vector(moments)))
+    api.CreatePrincipalAxesAttr(Gf.Quatf(*_wxyz(Rotation.from_matrix(axes).as_quat(canonical=True))))
+
+
+def set_attribute(prim: Usd.Prim, name: str, type_name: Sdf.ValueTypeName, value: Any) -> None:
+    """Author an attribute of Newton's schemas, or a custom one of ours."""
+    prim.CreateAttribute(name, type_name, custom=name.startswith("artigrasp:")).Set(value)
+
+
+def vector(values: ArrayLike) -> list[float]:
+    """Values as the plain floats that USD takes, without rounding noise and negative zeros."""
+    return [round(float(value), 14) + 0.0 for value in np.asarray(values, float).ravel()]
+
+
+def _wxyz(orientation: ArrayLike) -> list[float]:
+    x, y, z, w = vector(orientation)
+    return [w, x, y, z]
+
+
+class StageReader:
+    """Reads a USD file of one of our formats; whatever is missing or malformed raises UserError naming file and field.
+
+    Args:
+        path: The file.
+        format: Format it must have.
+        version: Newest version that is understood.
+    """
+
+    def __init__(self, path: Path, format: str, version: int) -> None:
+        self.path = path
+        self.stage = open_stage(path)
+        data = self.stage.GetRootLayer().customLayerData
+        check_format(data.get("format"), data.get("version"), format, version, path)
+
+    def error(self, field: str, problem: str) -> UserError:
+        """The error for one field of this file."""
+        return UserError(f"{self.path}: {field}: {problem}")
+
+    def prim(self, path: str) -> Usd.Prim:
+        """The prim at a path."""
+        prim = self.stage.GetPrimAtPath(path)
+        if not prim:
+            raise self.error(path, "expected a prim, found none")
+        return prim
+
+    def value(self, prim: Usd.Prim, name: str) -> Any:
+        """The value of an attribute."""
+        value = prim.GetAttribute(name).Get() if prim.HasAttribute(name) else None
+        if value is None:
+            raise self.error(f"{prim.GetPath()}.{name}", "expected a value, found none")
+        return value
+
+    def array(self, prim: Usd.Prim, name: str, shape: tuple[int, ...]) -> Array:
+        """A finite numeric attribute as an array of this shape; -1 stands for any length."""
+        field = f"{prim.GetPath()}.{name}"
+        try:
+            array = np.array(self.value(prim, name), float)
+        except (TypeError, ValueError) as error:
+            raise self.error(field, "expected numbers") from error
+        if array.ndim != len(shape) or any(n not in (-1, m) for n, m in zip(shape, array.shape, strict=True)):
+            raise self.error(field, f"expected shape {shape}, found {array.shape}")
+        if not np.isfinite(array).all():
+            raise self.error(field, f"expected finite numbers, found {array[~np.isfinite(array)][0]}")
+        return array
+
+    def number(self, prim: Usd.Prim, name: str) -> float:
+        """A finite number."""
+        return float(self.array(prim, name, ()))
+
+    def pose(self, prim: Usd.Prim) -> tuple[Array, Array]:
+        """Position [m] and orientation (xyzw, w >= 0) of a prim in its parent."""
+        matrix = UsdGeom.Xformable(prim).GetLocalTransformation().RemoveScaleShear()
+        quaternion = matrix.ExtractRotationQuat()
+        orientation = np.array([*quaternion.GetImaginary(), quaternion.GetReal()])
+        return np.array(matrix.ExtractTranslation()), np.copysign(1.0, orientation[3]) * orientation
+
+    def mass(self, prim: Usd.Prim) -> tuple[float, Array, Array]:
+        """Mass [kg], centre of mass [m] and inertia about it [kg·m²], shape (3, 3), of a rigid body."""
+        if not prim.HasAPI(UsdPhysics.MassAPI):
+            raise self.error(str(prim.GetPath()), "expected a PhysicsMassAPI, found none")
+        axis = prim.GetAttribute("physics:principalAxes").Get()
+        axes = Rotation.from_quat([*axis.GetImaginary(), axis.GetReal()]).as_matrix()
+        inertia = axes @ np.diag(self.array(prim, "physics:diagonalInertia", (3,))) @ axes.T
+        return self.number(prim, "physics:mass"), self.array(prim, "physics:centerOfMass", (3,)), inertia
+
+
+def open_stage(path: Path) -> Usd.Stage:
+    """Open a USD file.
+
+    Raises:
+        UserError: there is no such file, or it is not USD.
+    """
+    if not path.is_file():
+        raise UserError(f"{path}: expected a USD file, found {'a folder' if path.is_dir() else 'nothing'}")
+    try:
+        with _quiet():
+            layer = Sdf.Layer.FindOrOpen(str(path))
+            if layer is not None:
+                # A file that changed since it was last opened in this process.
+                layer.Reload()
+            stage = Usd.Stage.Open(layer) if layer is not None else None
+    except Tf.ErrorException as error:
+        reason = " ".join(str(error).split("'")[1::2][:1]) or "not USD"
+        raise UserError(f"{path}: cannot read this as USD: {reason}") from None
+    if stage is None:
+        raise UserError(f"{path}: cannot read this as USD")
+    return stage
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep USD's diagnostics off the terminal: what matters becomes an exception."""
+    delegate = UsdUtils.CoalescingDiagnosticDelegate()
+    try:
+        yield
+    finally:
+        delegate.TakeUncoalescedDiagnostics()
