@@ -1,0 +1,54 @@
+# make demo and make test need nothing but Python, make and the network: the environment is made on first use.
+
+# Python that makes the environment, 3.11 or newer.
+PYTHON ?= python3
+# Environment that everything runs in.
+VENV ?= .venv
+# Further options of pip, such as an index of CPU-only builds of PyTorch.
+PIP_FLAGS ?=
+
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+INSTALLED := build/installed
+
+.PHONY: help venv demo test check bench clean
+
+help:
+	@echo "make demo    open the shipped box with a simulated hand, from nothing"
+	@echo "make test    run the tests"
+	@echo "make check   run linter, formatter, type checker and import contracts"
+	@echo "make bench   measure throughput"
+	@echo "make venv    make the environment in $(VENV)"
+	@echo "make clean   remove what tools left behind, but no environment and no runs"
+
+venv: $(STAMP)
+
+# The stamp is written last, so that an interrupted installation is taken up again.
+$(STAMP): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "artigrasp needs Python 3.11 or newer: make PYTHON=...")'
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	@echo "Installing into $(VENV): this takes a few minutes once."
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check $(PIP_FLAGS) -c constraints.txt -e ".[dev]"
+	@touch $@
+
+demo: $(STAMP)
+	$(BIN)/artigrasp demo
+
+test: $(STAMP)
+	$(BIN)/python -m pytest
+
+bench: $(STAMP)
+	$(BIN)/artigrasp bench
+
+# Types and imports are checked on a real installation: only there are kernels, tasks and assets_usd inside the package.
+check: $(STAMP)
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	rm -rf build
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --target $(INSTALLED) .
+	cd $(INSTALLED) && $(CURDIR)/$(BIN)/mypy --config-file $(CURDIR)/pyproject.toml --cache-dir $(CURDIR)/.mypy_cache -p artigrasp
+	cd $(INSTALLED) && PYTHONPATH=. $(CURDIR)/$(BIN)/lint-imports --config $(CURDIR)/pyproject.toml --no-cache --no-logo
+
+clean:
+	rm -rf build dist *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis
+	find . -name __pycache__ -not -path './$(VENV)/*' -prune -exec rm -rf {} +
