@@ -1,0 +1,179 @@
+"""The groups of arrays that kernels share. ``W`` worlds, ``H`` hands of the scene; float32 unless said otherwise.
+
+A group is allocated by the function of its name; every array stays reachable as an attribute.
+"""
+
+import warp as wp
+
+from .layout import DOF_COUNT, FINGER_DOF_COUNT, KEYPOINT_COUNT, LINK_COUNT, PARTS, TIP_COUNT
+
+
+@wp.struct
+class HandState:
+    """Hands at one instant.
+
+    Attributes:
+        joint_q: [W, H, 51] joint coordinates, m and rad.
+        joint_qd: [W, H, 51] their rates, m/s and rad/s.
+        hand_base: [W, H] frame that the wrist coordinates are relative to, in the world.
+        contact_force: [W, H, 16, 2] net force of each part on each link, world frame, N, mean over the control step.
+        link_pose: [W, H, 16] link frames in the world, by `forward_kinematics`.
+        keypoint: [W, H, 21] keypoints in the world, m, by `forward_kinematics`.
+    """
+
+    joint_q: wp.array3d[float]
+    joint_qd: wp.array3d[float]
+    hand_base: wp.array2d[wp.transform]
+    contact_force: wp.array4d[wp.vec3]
+    link_pose: wp.array3d[wp.transform]
+    keypoint: wp.array3d[wp.vec3]
+
+
+@wp.struct
+class ObjectState:
+    """Objects at one instant.
+
+    Attributes:
+        pose: [W] frame of the base part in the world.
+        velocity: [W] velocity of the base: linear (of the frame's origin, m/s), angular (rad/s), world frame.
+        hinge_q: [W] hinge angle, rad, positive opens.
+        hinge_qd: [W] its rate, rad/s.
+    """
+
+    pose: wp.array[wp.transform]
+    velocity: wp.array[wp.spatial_vector]
+    hinge_q: wp.array[float]
+    hinge_qd: wp.array[float]
+
+
+@wp.struct
+class ObjectModel:
+    """What does not change of the objects.
+
+    Attributes:
+        hinge_origin: [W] a point on the hinge axis in the base frame, m.
+        hinge_axis: [W] unit axis in the base frame; a positive turn of the articulated part opens.
+        part_mass: [W, 2] masses of the parts, kg.
+    """
+
+    hinge_origin: wp.array[wp.vec3]
+    hinge_axis: wp.array[wp.vec3]
+    part_mass: wp.array2d[float]
+
+
+@wp.struct
+class HandModel:
+    """What does not change of the hands.
+
+    Attributes:
+        link_offset: [H, 16] origin of each link in its parent's frame, m.
+        tip_offset: [H, 5] fingertips in the frames of their last links, m.
+        lower, upper: [H, 51] joint limits, m and rad.
+    """
+
+    link_offset: wp.array2d[wp.vec3]
+    tip_offset: wp.array2d[wp.vec3]
+    lower: wp.array2d[float]
+    upper: wp.array2d[float]
+
+
+@wp.struct
+class Goal:
+    """What every hand is asked to do in the running episode, and where the episode started. Set by `reset_worlds`.
+
+    Attributes:
+        active: [W, H] int, 1 where the hand takes part.
+        part: [W, H] int, the part that the hand manipulates.
+        contact_part: [W, H] int, the part whose contacts count, -1 for either.
+        wrist_pose_in_part: [W, H] reference wrist frame in the manipulated part's frame.
+        finger_angles: [W, H, 45] reference finger angles, rad.
+        link_pose_in_part: [W, H, 16] reference link frames in the manipulated part's frame.
+        keypoint_in_part: [W, H, 21] reference keypoints in the manipulated part's frame, m.
+        contacts: [W, H, 16] target contacts, 0 or 1.
+        lower, upper: [W, H, 51] effective joint limits: the hand's, widened to contain the reference, m and rad.
+        angle: [W] target hinge angle, rad.
+        start_object_pose: [W] base frame in the world when the episode started.
+        start_angle: [W] hinge angle when the episode started, rad.
+    """
+
+    active: wp.array2d[int]
+    part: wp.array2d[int]
+    contact_part: wp.array2d[int]
+    wrist_pose_in_part: wp.array2d[wp.transform]
+    finger_angles: wp.array3d[float]
+    link_pose_in_part: wp.array3d[wp.transform]
+    keypoint_in_part: wp.array3d[wp.vec3]
+    contacts: wp.array3d[float]
+    lower: wp.array3d[float]
+    upper: wp.array3d[float]
+    angle: wp.array[float]
+    start_object_pose: wp.array[wp.transform]
+    start_angle: wp.array[float]
+
+
+def _allocate(group, shapes: dict[str, tuple[int, ...]], device, requires_grad: bool):
+    """A struct instance with zeroed arrays of the given shapes, their dtypes taken from the annotations."""
+    instance = group()
+    for name, shape in shapes.items():
+        dtype = group.vars[name].type.dtype
+        differentiable = requires_grad and dtype is not wp.int32
+        setattr(instance, name, wp.zeros(shape, dtype=dtype, device=device, requires_grad=differentiable))
+    return instance
+
+
+def hand_state(world_count: int, hand_count: int, device=None, requires_grad: bool = False) -> HandState:
+    """Zeroed `HandState`; its base frames must be set before use."""
+    hands = (world_count, hand_count)
+    shapes = {
+        "joint_q": (*hands, DOF_COUNT),
+        "joint_qd": (*hands, DOF_COUNT),
+        "hand_base": hands,
+        "contact_force": (*hands, LINK_COUNT, len(PARTS)),
+        "link_pose": (*hands, LINK_COUNT),
+        "keypoint": (*hands, KEYPOINT_COUNT),
+    }
+    return _allocate(HandState, shapes, device, requires_grad)
+
+
+def object_state(world_count: int, device=None, requires_grad: bool = False) -> ObjectState:
+    """Zeroed `ObjectState`; its poses must be set before use."""
+    return _allocate(
+        ObjectState, dict.fromkeys(ObjectState.vars, (world_count,)), device=device, requires_grad=requires_grad
+    )
+
+
+def object_model(world_count: int, device=None) -> ObjectModel:
+    """Zeroed `ObjectModel`, to be filled."""
+    shapes = {
+        "hinge_origin": (world_count,),
+        "hinge_axis": (world_count,),
+        "part_mass": (world_count, len(PARTS)),
+    }
+    return _allocate(ObjectModel, shapes, device, requires_grad=False)
+
+
+def hand_model(hand_count: int, device=None) -> HandModel:
+    """Zeroed `HandModel`, to be filled."""
+    shapes = {
+        "link_offset": (hand_count, LINK_COUNT),
+        "tip_offset": (hand_count, TIP_COUNT),
+        "lower": (hand_count, DOF_COUNT),
+        "upper": (hand_count, DOF_COUNT),
+    }
+    return _allocate(HandModel, shapes, device, requires_grad=False)
+
+
+def goal(world_count: int, hand_count: int, device=None, requires_grad: bool = False) -> Goal:
+    """Zeroed `Goal`, filled by `reset_worlds`."""
+    hands = (world_count, hand_count)
+    shapes = dict.fromkeys(("active", "part", "contact_part", "wrist_pose_in_part"), hands)
+    shapes |= {
+        "finger_angles": (*hands, FINGER_DOF_COUNT),
+        "link_pose_in_part": (*hands, LINK_COUNT),
+        "keypoint_in_part": (*hands, KEYPOINT_COUNT),
+        "contacts": (*hands, LINK_COUNT),
+        "lower": (*hands, DOF_COUNT),
+        "upper": (*hands, DOF_COUNT),
+    }
+    shapes |= dict.fromkeys(("angle", "start_object_pose", "start_angle"), (world_count,))
+    return _allocate(Goal, shapes, device, requires_grad)
