@@ -1,0 +1,87 @@
+"""What a hinged object is, in numbers: two rigid parts that share one frame at hinge angle 0."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A triangle mesh.
+
+    Attributes:
+        vertices: [m], shape (V, 3).
+        faces: Vertex indices, counter-clockwise seen from outside, shape (F, 3).
+    """
+
+    vertices: Array
+    faces: Indices
+
+
+@dataclass(frozen=True, eq=False)
+class PartModel:
+    """A rigid part, everything in the object's frame at hinge angle 0.
+
+    Attributes:
+        mass: [kg].
+        com: Centre of mass [m], shape (3,).
+        inertia: About the centre of mass [kg·m²], shape (3, 3).
+        vertices: Of the surface that is seen [m], shape (V, 3).
+        faces: Of the surface that is seen, shape (F, 3).
+        pieces: Convex meshes that together are the part for collisions.
+        colour: Linear RGB of the surface, each 0 to 1.
+    """
+
+    mass: float
+    com: Array
+    inertia: Array
+    vertices: Array
+    faces: Indices
+    pieces: tuple[Mesh, ...]
+    colour: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectModel:
+    """A hinged object.
+
+    At hinge angle ω the articulated part's frame is base ∘ T(hinge_origin) ∘ Rot(hinge_axis, ω) ∘ T(−hinge_origin).
+
+    Attributes:
+        name: Name of the object.
+        path: The USD file of this object.
+        parts: Base and articulated part, in the order of ``PARTS``.
+        hinge_origin: A point of the hinge's axis [m], shape (3,).
+        hinge_axis: Unit direction of the hinge's axis, shape (3,); turning positively about it opens.
+        hinge_lower: Smallest angle [rad].
+        hinge_upper: Largest angle [rad].
+        hinge_damping: [N·m·s/rad].
+        hinge_friction: [N·m].
+    """
+
+    name: str
+    path: Path
+    parts: tuple[PartModel, PartModel]
+    hinge_origin: Array
+    hinge_axis: Array
+    hinge_lower: float
+    hinge_upper: float
+    hinge_damping: float
+    hinge_friction: float
+
+    def articulated_pose_in_base(self, angle: float) -> tuple[Array, Array]:
+        """Position [m] and orientation (xyzw) of the articulated part's frame in the base's at a hinge angle [rad]."""
+        turn = Rotation.from_rotvec(angle * self.hinge_axis)
+        return self.hinge_origin - turn.apply(self.hinge_origin), turn.as_quat()
+
+    def vertices_in_base(self, angle: float) -> Array:
+        """The vertices of both parts in the base's frame at a hinge angle [rad], shape (V, 3) [m]."""
+        position, orientation = self.articulated_pose_in_base(angle)
+        base, articulated = self.parts
+        return np.concatenate([base.vertices, Rotation.from_quat(orientation).apply(articulated.vertices) + position])

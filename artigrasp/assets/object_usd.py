@@ -1,0 +1,133 @@
+"""Hinged objects as USD files that Newton's own importer reads, and back to numbers.
+
+``/Object`` is the articulation, ``base`` and ``articulated`` are its bodies, each with a ``visual`` mesh and convex
+``pieces`` for collisions, and ``hinge`` joins them. No joint holds the base to the world: a scene fixes it or leaves it
+free.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
+from scipy.spatial.transform import Rotation
+
+from artigrasp.assets.object_model import Array, Indices, Mesh, ObjectModel, PartModel
+from artigrasp.assets.usd_stage import StageReader, new_stage, save_stage, set_attribute, set_mass, vector
+from artigrasp.kernels.layout import PARTS
+
+FORMAT, VERSION = "artigrasp.object", 1
+
+
+def write_object(model: ObjectModel) -> None:
+    """Write the object to ``model.path``, whole or not at all."""
+    stage = new_stage("Object", FORMAT, VERSION)
+    root = stage.GetDefaultPrim()
+    UsdPhysics.ArticulationRootAPI.Apply(root)
+    set_attribute(root, "artigrasp:name", Sdf.ValueTypeNames.String, model.name)
+    for name, part in zip(PARTS, model.parts, strict=True):
+        body = UsdGeom.Xform.Define(stage, f"/Object/{name}").GetPrim()
+        set_mass(body, part.mass, part.com, part.inertia)
+        visual = _write_mesh(stage, f"/Object/{name}/visual", Mesh(part.vertices, part.faces))
+        visual.CreateDisplayColorAttr([Gf.Vec3f(*part.colour)])
+        UsdGeom.Scope.Define(stage, f"/Object/{name}/pieces")
+        for index, piece in enumerate(part.pieces):
+            mesh = _write_mesh(stage, f"/Object/{name}/pieces/piece_{index:02d}", piece)
+            mesh.CreatePurposeAttr(UsdGeom.Tokens.guide)
+            UsdPhysics.CollisionAPI.Apply(mesh.GetPrim())
+            approximation = UsdPhysics.MeshCollisionAPI.Apply(mesh.GetPrim())
+            approximation.CreateApproximationAttr(UsdPhysics.Tokens.convexHull)
+    _write_hinge(stage, model)
+    save_stage(stage, model.path)
+
+
+def _write_mesh(stage: Usd.Stage, path: str, mesh: Mesh) -> UsdGeom.Mesh:
+    prim = UsdGeom.Mesh.Define(stage, path)
+    points = [Gf.Vec3f(*vector(vertex)) for vertex in mesh.vertices]
+    prim.CreatePointsAttr(points)
+    prim.CreateFaceVertexCountsAttr([3] * len(mesh.faces))
+    prim.CreateFaceVertexIndicesAttr(mesh.faces.ravel().tolist())
+    prim.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+    prim.CreateExtentAttr(UsdGeom.Boundable.ComputeExtentFromPlugins(prim, Usd.TimeCode.Default()))
+    return prim
+
+
+def _write_hinge(stage: Usd.Stage, model: ObjectModel) -> None:
+    joint = UsdPhysics.RevoluteJoint.Define(stage, "/Object/hinge")
+    joint.CreateBody0Rel().SetTargets([f"/Object/{PARTS[0]}"])
+    joint.CreateBody1Rel().SetTargets([f"/Object/{PARTS[1]}"])
+    joint.CreateAxisAttr(UsdGeom.Tokens.z)
+    x, y, z, w = vector(_turn_z_to(model.hinge_axis))
+    origin = Gf.Vec3f(*vector(model.hinge_origin))
+    joint.CreateLocalPos0Attr(origin)
+    joint.CreateLocalPos1Attr(origin)
+    joint.CreateLocalRot0Attr(Gf.Quatf(w, x, y, z))
+    joint.CreateLocalRot1Attr(Gf.Quatf(w, x, y, z))
+    joint.CreateLowerLimitAttr(float(np.degrees(model.hinge_lower)))
+    joint.CreateUpperLimitAttr(float(np.degrees(model.hinge_upper)))
+    prim = joint.GetPrim()
+    prim.AddAppliedSchema("NewtonJointAPI")
+    set_attribute(prim, "newton:damping", Sdf.ValueTypeNames.Float, float(np.radians(model.hinge_damping)))
+    set_attribute(prim, "newton:friction", Sdf.ValueTypeNames.Float, float(model.hinge_friction))
+
+
+def _turn_z_to(axis: Array) -> Array:
+    """The shortest rotation from +z to a unit vector, xyzw."""
+    half_way = np.array([0.0, 0.0, 1.0]) + axis
+    if np.linalg.norm(half_way) < 1e-6:
+        return np.array([1.0, 0.0, 0.0, 0.0])
+    half_way /= np.linalg.norm(half_way)
+    return np.array([-half_way[1], half_way[0], 0.0, half_way[2]])
+
+
+def read_object(path: Path) -> ObjectModel:
+    """Read an object.
+
+    Raises:
+        UserError: the file is missing, is not an object or lacks a part of one.
+    """
+    reader = StageReader(path, FORMAT, VERSION)
+    hinge = reader.prim("/Object/hinge")
+    rotation = hinge.GetAttribute("physics:localRot0").Get()
+    turn = Rotation.from_quat([*rotation.GetImaginary(), rotation.GetReal()])
+    base, articulated = (_read_part(reader, name) for name in PARTS)
+    return ObjectModel(
+        name=str(reader.value(reader.prim("/Object"), "artigrasp:name")),
+        path=path,
+        parts=(base, articulated),
+        hinge_origin=reader.array(hinge, "physics:localPos0", (3,)),
+        hinge_axis=turn.apply([0.0, 0.0, 1.0]),
+        hinge_lower=float(np.radians(reader.number(hinge, "physics:lowerLimit"))),
+        hinge_upper=float(np.radians(reader.number(hinge, "physics:upperLimit"))),
+        hinge_damping=float(np.degrees(reader.number(hinge, "newton:damping"))),
+        hinge_friction=reader.number(hinge, "newton:friction"),
+    )
+
+
+def _read_part(reader: StageReader, name: str) -> PartModel:
+    mass, com, inertia = reader.mass(reader.prim(f"/Object/{name}"))
+    visual = reader.prim(f"/Object/{name}/visual")
+    mesh = _read_mesh(reader, visual)
+    red, green, blue = reader.array(visual, "primvars:displayColor", (1, 3))[0]
+    pieces = reader.prim(f"/Object/{name}/pieces").GetChildren()
+    return PartModel(
+        mass=mass,
+        com=com,
+        inertia=inertia,
+        vertices=mesh.vertices,
+        faces=mesh.faces,
+        pieces=tuple(_read_mesh(reader, piece) for piece in pieces),
+        colour=(float(red), float(green), float(blue)),
+    )
+
+
+def _read_mesh(reader: StageReader, prim: Usd.Prim) -> Mesh:
+    vertices = reader.array(prim, "points", (-1, 3))
+    counts = reader.array(prim, "faceVertexCounts", (-1,))
+    if (counts != 3).any():
+        raise reader.error(f"{prim.GetPath()}.faceVertexCounts", "expected triangles only")
+    indices: NDArray[np.float64] = reader.array(prim, "faceVertexIndices", (3 * len(counts),))
+    faces: Indices = indices.astype(np.int64).reshape(-1, 3)
+    if faces.size and not 0 <= faces.min() <= faces.max() < len(vertices):
+        raise reader.error(f"{prim.GetPath()}.faceVertexIndices", f"expected indices below {len(vertices)}")
+    return Mesh(vertices, faces)

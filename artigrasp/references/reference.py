@@ -1,0 +1,148 @@
+"""References: static hand poses on an object, one per hand and task, from which motions are made.
+
+All references of an object live in one file, ``references/<object>.npz``.
+"""
+
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from artigrasp.arrays import check_array, check_poses, load_arrays, save_arrays
+from artigrasp.assets.library import find_asset
+from artigrasp.errors import UserError
+from artigrasp.kernels.layout import FINGER_DOF_COUNT, HANDS, LINK_COUNT, PARTS
+
+FORMAT, VERSION = "artigrasp.references", 1
+KINDS = ("articulate", "grasp")
+
+_SHAPES: dict[str, tuple[tuple[int | str, ...], Any]] = {
+    "kind": (("R",), np.str_),
+    "split": (("R",), np.str_),
+    "active": (("R", len(HANDS)), np.bool_),
+    "part": (("R", len(HANDS)), np.int32),
+    "finger_angles": (("R", len(HANDS), FINGER_DOF_COUNT), np.float32),
+    "contacts": (("R", len(HANDS), LINK_COUNT), np.bool_),
+    "object_angle": (("R",), np.float32),
+    "source": (("R",), np.str_),
+}
+_POSES: dict[str, tuple[int | str, ...]] = {"wrist_pose_in_part": ("R", len(HANDS)), "object_pose": ("R",)}
+
+
+@dataclass(frozen=True, eq=False)
+class ReferenceSet:
+    """R references of one object. Hands are in the order of ``HANDS``, links and joints in that of the layout.
+
+    Attributes:
+        object: Name of the object.
+        hand: Name of the hand that the joint angles belong to.
+        kind: ``"articulate"`` or ``"grasp"``, shape (R,).
+        split: Which split it belongs to, such as ``"train"``, shape (R,).
+        active: Which hands take part, shape (R, 2). A hand that does not has a pose but no target contacts.
+        part: Index in ``PARTS`` of the part that each hand's pose is relative to, shape (R, 2): the articulated one for
+            the hand that articulates, else the base.
+        wrist_pose_in_part: Wrist frame in that part's frame: position [m], quaternion xyzw, shape (R, 2, 7).
+        finger_angles: Intrinsic XYZ angles per finger joint [rad], shape (R, 2, 45).
+        contacts: Links that should touch the object, shape (R, 2, 16): the articulated part for the hand that
+            articulates, either part for a grasp. May be none at all.
+        object_pose: Initial pose of the base in the world, resting on z = 0: position [m], quaternion xyzw, (R, 7).
+        object_angle: Initial hinge angle [rad], shape (R,).
+        source: Where it came from, shape (R,).
+    """
+
+    object: str
+    hand: str
+    kind: NDArray[np.str_]
+    split: NDArray[np.str_]
+    active: NDArray[np.bool_]
+    part: NDArray[np.int32]
+    wrist_pose_in_part: NDArray[np.float32]
+    finger_angles: NDArray[np.float32]
+    contacts: NDArray[np.bool_]
+    object_pose: NDArray[np.float32]
+    object_angle: NDArray[np.float32]
+    source: NDArray[np.str_]
+
+    def __post_init__(self) -> None:
+        sizes: dict[str, int] = {}
+        for name, (shape, dtype) in _SHAPES.items():
+            object.__setattr__(self, name, check_array(name, getattr(self, name), shape, dtype, sizes))
+        for name, shape in _POSES.items():
+            object.__setattr__(self, name, check_poses(name, getattr(self, name), shape, sizes))
+        _check_values("kind", self.kind, KINDS)
+        _check_values("part", self.part, range(len(PARTS)))
+        idle = np.flatnonzero(~self.active.any(axis=1))
+        if len(idle):
+            raise ValueError(f"active[{idle[0]}]: expected at least one active hand, found none")
+
+    def __len__(self) -> int:
+        return len(self.kind)
+
+    def select(self, *, split: str | None = None, kind: str | None = None, indices: ArrayLike | None = None) -> Self:
+        """The references of a split and a kind, in their order.
+
+        Args:
+            split: Only these; every split by default.
+            kind: Only these; every kind by default.
+            indices: Out of what then remains, these; all by default.
+
+        Raises:
+            UserError: nothing remains, or an index is out of range.
+        """
+        rows = np.arange(len(self))
+        if split is not None:
+            rows = rows[self.split[rows] == split]
+        if kind is not None:
+            rows = rows[self.kind[rows] == kind]
+        chosen = f"{self.object}: references" + "".join(f" of {name!r}" for name in (split, kind) if name is not None)
+        if not len(rows):
+            counts = ", ".join(f"{s} {k}" for s, k in sorted(set(zip(self.split, self.kind, strict=True))))
+            raise UserError(f"{chosen}: found none; there are {counts or 'no references at all'}")
+        if indices is not None:
+            wanted = np.atleast_1d(np.asarray(indices, np.int64))
+            outside = wanted[(wanted < 0) | (wanted >= len(rows))]
+            if len(outside):
+                raise UserError(f"{chosen}: expected indices from 0 to {len(rows) - 1}, found {outside[0]}")
+            rows = rows[wanted]
+        return replace(self, **{name: getattr(self, name)[rows] for name in (*_SHAPES, *_POSES)})
+
+
+def load_references(object_name: str) -> ReferenceSet:
+    """Load the references of an object from the asset roots.
+
+    Raises:
+        UserError: the object has none, or the file is malformed; names the file, the field and the index.
+    """
+    return read_references(find_asset("references", object_name))
+
+
+def read_references(path: Path) -> ReferenceSet:
+    """Read a file of references.
+
+    Raises:
+        UserError: the file is missing or malformed; names the file, the field and the index.
+    """
+    arrays = load_arrays(path, FORMAT, VERSION)
+    names = [field.name for field in fields(ReferenceSet)]
+    if missing := [name for name in names if name not in arrays]:
+        raise UserError(f"{path}: {missing[0]}: expected an array, found none")
+    try:
+        texts = {name: str(check_array(name, arrays[name], (), np.str_)) for name in ("object", "hand")}
+        return ReferenceSet(**texts, **{name: arrays[name] for name in names if name not in texts})
+    except ValueError as error:
+        raise UserError(f"{path}: {error}") from None
+
+
+def save_references(path: Path, references: ReferenceSet) -> None:
+    """Write a file of references, whole or not at all."""
+    arrays = {field.name: np.asarray(getattr(references, field.name)) for field in fields(references)}
+    save_arrays(path, FORMAT, VERSION, arrays)
+
+
+def _check_values(name: str, values: NDArray[Any], expected: tuple[str, ...] | range) -> None:
+    for index in np.argwhere(~np.isin(values, list(expected)))[:1]:
+        where = ", ".join(str(i) for i in index)
+        known = ", ".join(str(value) for value in expected)
+        raise ValueError(f"{name}[{where}]: expected one of {known}, found {values[tuple(index)]}")
