@@ -1,0 +1,168 @@
+"""What happened in an episode, gathered at every control step, and episodes that must be ended."""
+
+import warp as wp
+
+from .states import Goal, HandState, ObjectState
+
+wp.set_module_options({"enable_backward": False})
+
+FAILURES = ("not_finite", "runaway", "lost_object")
+"""Bits of `EpisodeMetrics.failure`: a state that is no number, joints or object too fast, object far from its start."""
+NOT_FINITE, RUNAWAY, LOST_OBJECT = (wp.constant(1 << bit) for bit in range(len(FAILURES)))
+
+
+@wp.struct
+class EpisodeMetrics:
+    """Measurements of the running episode, all [W]; without unit: rad.
+
+    Attributes:
+        step_count: int, control steps measured.
+        displacement: distance of the base frame's origin from its start, now, m.
+        displacement_max, displacement_mean: the same over the episode, m.
+        tilt: angle between the base's start direction of up and up; turning about the vertical is no tilt.
+        tilt_max: the same over the episode.
+        angle_change: absolute change of the hinge angle since the start, now.
+        angle_change_max: the same over the episode.
+        angle_error: absolute distance of the hinge angle from its goal, now.
+        angle_error_mean: the same over the episode.
+        opened: int, 1 once the angle has changed by more than the threshold.
+        failure: int, bits of `FAILURES`, kept until the reset.
+    """
+
+    step_count: wp.array[int]
+    displacement: wp.array[float]
+    displacement_max: wp.array[float]
+    displacement_mean: wp.array[float]
+    tilt: wp.array[float]
+    tilt_max: wp.array[float]
+    angle_change: wp.array[float]
+    angle_change_max: wp.array[float]
+    angle_error: wp.array[float]
+    angle_error_mean: wp.array[float]
+    opened: wp.array[int]
+    failure: wp.array[int]
+
+
+@wp.struct
+class MetricLimits:
+    """Thresholds of the measurements.
+
+    Attributes:
+        opened_angle: change of the hinge angle that counts as opened, rad.
+        joint_speed: largest believable speed of a finger joint or the hinge, rad/s, and of the wrist, m/s and rad/s.
+        displacement: distance from its start at which the object counts as lost, m.
+    """
+
+    opened_angle: float
+    joint_speed: float
+    displacement: float
+
+
+def episode_metrics(world_count: int, device=None) -> EpisodeMetrics:
+    """Zeroed `EpisodeMetrics`."""
+    metrics = EpisodeMetrics()
+    for name, variable in EpisodeMetrics.vars.items():
+        setattr(metrics, name, wp.zeros(world_count, dtype=variable.type.dtype, device=device))
+    return metrics
+
+
+@wp.func
+def tilt_between(start: wp.quat, current: wp.quat) -> float:
+    """Angle [rad] between up and where the direction that was up at the start points now."""
+    up = wp.vec3(0.0, 0.0, 1.0)
+    carried = wp.quat_rotate(current, wp.quat_rotate_inv(start, up))
+    return wp.atan2(wp.length(wp.cross(up, carried)), wp.dot(up, carried))
+
+
+@wp.func
+def failure_bits(
+    hand_state: HandState, object_state: ObjectState, limits: MetricLimits, displacement: float, world: int
+) -> int:
+    """Bits of `FAILURES` that hold in a world now."""
+    position = wp.transform_get_translation(object_state.pose[world])
+    rotation = wp.transform_get_rotation(object_state.pose[world])
+    finite = wp.isfinite(position) and wp.isfinite(rotation) and wp.isfinite(object_state.velocity[world])
+    fastest = wp.abs(object_state.hinge_qd[world])
+    magnitude = wp.abs(object_state.hinge_q[world])
+    for hand in range(hand_state.joint_q.shape[1]):
+        for dof in range(hand_state.joint_q.shape[2]):
+            # Sums, since max() may drop what is no number.
+            magnitude += wp.abs(hand_state.joint_q[world, hand, dof])
+            speed = wp.abs(hand_state.joint_qd[world, hand, dof])
+            magnitude += speed
+            fastest = wp.max(fastest, speed)
+    bits = 0
+    if not (finite and wp.isfinite(magnitude + object_state.hinge_qd[world])):
+        bits = bits | NOT_FINITE
+    if fastest > limits.joint_speed:
+        bits = bits | RUNAWAY
+    if displacement > limits.displacement:
+        bits = bits | LOST_OBJECT
+    return bits
+
+
+@wp.kernel
+def reset_metrics(world_mask: wp.array[int], metrics: EpisodeMetrics):
+    """Forget the episodes of the masked worlds; launch with ``dim=W``.
+
+    Args:
+        world_mask: [W] int, 1 where an episode starts.
+        metrics: output.
+    """
+    world = wp.tid()
+    if world_mask[world] == 0:
+        return
+    metrics.step_count[world] = 0
+    metrics.displacement[world] = 0.0
+    metrics.displacement_max[world] = 0.0
+    metrics.displacement_mean[world] = 0.0
+    metrics.tilt[world] = 0.0
+    metrics.tilt_max[world] = 0.0
+    metrics.angle_change[world] = 0.0
+    metrics.angle_change_max[world] = 0.0
+    metrics.angle_error[world] = 0.0
+    metrics.angle_error_mean[world] = 0.0
+    metrics.opened[world] = 0
+    metrics.failure[world] = 0
+
+
+@wp.kernel
+def update_metrics(
+    hand_state: HandState, object_state: ObjectState, goal: Goal, limits: MetricLimits, metrics: EpisodeMetrics
+):
+    """Take in one control step; launch with ``dim=W``. Section "Metrics" of the paper.
+
+    A state that is not finite sets its bit and leaves the measurements as they were.
+
+    Args:
+        hand_state, object_state, goal: see `states`; the start is the goal's.
+        limits: thresholds.
+        metrics: in and out.
+    """
+    world = wp.tid()
+    start = goal.start_object_pose[world]
+    pose = object_state.pose[world]
+    displacement = wp.length(wp.transform_get_translation(pose) - wp.transform_get_translation(start))
+    bits = failure_bits(hand_state, object_state, limits, displacement, world)
+    metrics.failure[world] = metrics.failure[world] | bits
+    if (bits & NOT_FINITE) != 0:
+        return
+
+    tilt = tilt_between(wp.transform_get_rotation(start), wp.transform_get_rotation(pose))
+    angle = object_state.hinge_q[world]
+    angle_change = wp.abs(angle - goal.start_angle[world])
+    angle_error = wp.abs(goal.angle[world] - angle)
+    step_count = metrics.step_count[world] + 1
+    weight = 1.0 / float(step_count)
+    metrics.step_count[world] = step_count
+    metrics.displacement[world] = displacement
+    metrics.displacement_max[world] = wp.max(metrics.displacement_max[world], displacement)
+    metrics.displacement_mean[world] = wp.lerp(metrics.displacement_mean[world], displacement, weight)
+    metrics.tilt[world] = tilt
+    metrics.tilt_max[world] = wp.max(metrics.tilt_max[world], tilt)
+    metrics.angle_change[world] = angle_change
+    metrics.angle_change_max[world] = wp.max(metrics.angle_change_max[world], angle_change)
+    metrics.angle_error[world] = angle_error
+    metrics.angle_error_mean[world] = wp.lerp(metrics.angle_error_mean[world], angle_error, weight)
+    if angle_change > limits.opened_angle:
+        metrics.opened[world] = 1
