@@ -1,0 +1,21 @@
+"""The tasks that can be trained: one readable file each, pure typed data."""
+
+from artigrasp.config import TaskConfig
+from artigrasp.errors import UserError, nearest
+from artigrasp.tasks import right_fixed, right_fixed_synergy
+
+TASKS: dict[str, TaskConfig] = {module.TASK.name: module.TASK for module in (right_fixed, right_fixed_synergy)}
+"""All tasks by name."""
+
+
+def get_task(name: str) -> TaskConfig:
+    """The task of that name.
+
+    Raises:
+        UserError: There is none; the message suggests the nearest.
+    """
+    if name in TASKS:
+        return TASKS[name]
+    suggestion = nearest(name, TASKS)
+    hint = f"did you mean {suggestion!r}?" if suggestion else f"expected one of {', '.join(TASKS)}"
+    raise UserError(f"unknown task {name!r}: {hint}")

@@ -1,0 +1,89 @@
+"""Everything that acts: a controller maps features to actions of its own action space."""
+
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from tensordict import TensorDict
+
+from artigrasp.config import ActionConfig, TaskConfig
+from artigrasp.controllers.network import OBSERVATION_GROUP, build_actor
+from artigrasp.controllers.policy_file import PolicyFile
+from artigrasp.environment.environment import action_count
+from artigrasp.kernels.layout import FEATURE_COUNT
+
+
+class Controller(Protocol):
+    """What evaluation and generation drive.
+
+    Attributes:
+        name: Name in tables and files.
+        task: The task with the action space that :meth:`act` answers in.
+    """
+
+    name: str
+    task: TaskConfig
+
+    def act(self, features: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Decide.
+
+        Args:
+            features: [world, hand, 279] features of the present state.
+
+        Returns:
+            [world, hand, action] actions.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class ZeroController:
+    """The action that is all zeros: what the task's prior does by itself."""
+
+    task: TaskConfig
+    name: str = "zero"
+
+    def act(self, features: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Zeros."""
+        return np.zeros((*features.shape[:2], action_count(self.task.action)), dtype=np.float32)
+
+
+PD_IK = ActionConfig(
+    wrist_prior="hinge",
+    finger_prior="reference",
+    synergy=None,
+    residual=None,
+    approach_steps=60,
+    close_start=30,
+    close_end=70,
+)
+"""The PD+IK baseline (paper, Baselines): the wrist follows the hinge toward the goal as if it were fixed to the
+manipulated part, and the fingers close to the reference; nothing is decided."""
+
+
+def pd_ik_controller(task: TaskConfig) -> ZeroController:
+    """PD+IK in a task's scene."""
+    return ZeroController(replace(task, action=PD_IK), name="pd-ik")
+
+
+class PolicyController:
+    """A trained policy, acting by the mean of its distribution."""
+
+    name = "policy"
+
+    def __init__(self, policy: PolicyFile) -> None:
+        """Load the network's weights."""
+        self.task = policy.task
+        self._actor = build_actor(policy.task.ppo, FEATURE_COUNT, action_count(policy.task.action))
+        self._actor.load_state_dict(policy.actor)
+        self._actor.eval()
+
+    def act(self, features: NDArray[np.float32]) -> NDArray[np.float32]:
+        """The policy's mean action."""
+        worlds, hands, size = features.shape
+        rows = torch.from_numpy(features.reshape(-1, size).copy())
+        with torch.inference_mode():
+            actions = self._actor(TensorDict({OBSERVATION_GROUP: rows}, batch_size=len(rows)))
+        return np.asarray(actions.numpy(), dtype=np.float32).reshape(worlds, hands, -1)

@@ -1,0 +1,96 @@
+"""Policy files: the trained network with the task, hand and objects it was trained on."""
+
+import json
+import pickle
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from artigrasp.config import TaskConfig, from_dict, to_dict
+from artigrasp.errors import UserError
+from artigrasp.files import atomic_write, check_format
+
+POLICY_FORMAT, POLICY_VERSION = "artigrasp.policy", 1
+
+
+@dataclass(frozen=True)
+class PolicyFile:
+    """Contents of a policy file; a checkpoint of a training run is one that also holds the learner's state."""
+
+    task: TaskConfig
+    hand: str
+    """Name of the hand model."""
+    objects: tuple[str, ...]
+    """Objects it was trained on."""
+    seed: int
+    iteration: int
+    """PPO iterations done."""
+    control_steps: int
+    """Control steps simulated so far, over all worlds."""
+    wall_time: float
+    """Training time so far [s]."""
+    actor: dict[str, torch.Tensor]
+    """State of the actor network."""
+    learner: dict[str, Any] | None = None
+    """Critic, optimizer and random generators, to resume from."""
+
+
+def save_policy(policy: PolicyFile, target: Path) -> None:
+    """Write a policy file."""
+    contents = {
+        "format": POLICY_FORMAT,
+        "version": POLICY_VERSION,
+        "task": json.dumps(to_dict(policy.task)),
+        "objects": list(policy.objects),
+        **{name: getattr(policy, name) for name in ("hand", "seed", "iteration", "control_steps", "wall_time")},
+        "actor": policy.actor,
+        "learner": policy.learner,
+    }
+    with atomic_write(target) as path:
+        torch.save(contents, path)
+
+
+def load_policy(path: Path, task: str | None = None) -> PolicyFile:
+    """Read a policy file without running any code in it.
+
+    Args:
+        path: A file that :func:`save_policy` wrote.
+        task: Name of the task it must be for; any if None.
+
+    Raises:
+        UserError: The file is missing, is no policy, holds objects other than tensors and plain data, was written by
+            a newer version, or belongs to another task.
+    """
+    if not path.is_file():
+        raise UserError(f"{path}: expected a policy file, found none")
+    try:
+        contents = torch.load(path, map_location="cpu", weights_only=True)
+    except (pickle.UnpicklingError, RuntimeError, EOFError, ValueError, KeyError, AttributeError, TypeError) as error:
+        raise UserError(
+            f"{path}: expected a policy file with tensors and plain data only, found another file"
+        ) from error
+    if not isinstance(contents, dict):
+        raise UserError(f"{path}: expected a policy file, found {type(contents).__name__}")
+    check_format(contents.get("format"), contents.get("version"), POLICY_FORMAT, POLICY_VERSION, path)
+    try:
+        config = from_dict(TaskConfig, json.loads(contents["task"]), source=f"{path}: task")
+        policy = PolicyFile(
+            task=config,
+            hand=str(contents["hand"]),
+            objects=tuple(str(name) for name in contents["objects"]),
+            seed=int(contents["seed"]),
+            iteration=int(contents["iteration"]),
+            control_steps=int(contents["control_steps"]),
+            wall_time=float(contents["wall_time"]),
+            actor=dict(contents["actor"]),
+            learner=contents["learner"],
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise UserError(
+            f"{path}: expected a whole policy file, found one with a bad or missing field: {error}"
+        ) from error
+    if task is not None and config.name != task:
+        raise UserError(f"{path}: task: expected a policy for {task!r}, found one for {config.name!r}")
+    return policy

@@ -1,0 +1,31 @@
+"""One episode of a controller in every world."""
+
+from collections.abc import Callable
+
+import numpy as np
+import warp as wp
+
+from artigrasp.controllers.controller import Controller
+from artigrasp.environment.environment import Environment
+
+
+def run_episode(
+    environment: Environment, controller: Controller, on_step: Callable[[int], None] = lambda step: None
+) -> None:
+    """Reset all worlds and let the controller act for one episode.
+
+    Args:
+        environment: Made for the controller's task.
+        controller: What acts.
+        on_step: Called with the number of control steps done: 0 after the reset, then after every step.
+    """
+    action_count = environment.action_count
+    shape = (environment.world_count, environment.hand_count, max(action_count, 1))
+    action = wp.zeros(shape, dtype=float, device=environment.device)
+    environment.reset()
+    on_step(0)
+    for step in range(environment.task.episode_steps):
+        if action_count and step % environment.task.action.decision_interval == 0:
+            action.assign(np.ascontiguousarray(controller.act(environment.observe().numpy())))
+        environment.step(action)
+        on_step(step + 1)

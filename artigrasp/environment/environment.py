@@ -1,0 +1,280 @@
+"""The batched environment: hands manipulate hinged objects, all worlds in step."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from artigrasp.assets.hand import load_hand
+from artigrasp.assets.object import ObjectModel, load_object
+from artigrasp.config import ActionConfig, TaskConfig
+from artigrasp.environment import tables
+from artigrasp.environment.worlds import WorldPlan
+from artigrasp.errors import UserError
+from artigrasp.kernels import (
+    actions,
+    episodes,
+    features,
+    kinematics,
+    metrics,
+    outcomes,
+    resets,
+    rewards,
+    states,
+    torques,
+)
+from artigrasp.kernels.layout import DOF_COUNT, FEATURE_COUNT
+from artigrasp.references.reference import ReferenceSet
+from artigrasp.simulation.cpu import CpuSimulation
+from artigrasp.simulation.scene import Scene
+
+OPENED_ANGLE = 0.3
+"""Change of the hinge angle that counts as articulated [rad] (paper, Metrics)."""
+
+
+@dataclass(frozen=True)
+class ActionTerm:
+    """One term of the action: its columns and how long a decision holds."""
+
+    held: wp.array
+    first_column: int
+    decision_interval: int
+
+
+def action_count(config: ActionConfig) -> int:
+    """Length of one hand's action."""
+    synergy = actions.SYNERGY_COUNT if config.synergy is not None else 0
+    residual = DOF_COUNT if config.residual is not None else 0
+    return synergy + residual
+
+
+class Environment:
+    """Worlds of a task; every array is indexed ``[world, hand, ...]`` and stays on the device.
+
+    Call :meth:`reset`, then :meth:`step` once per control step. Nothing here loops over worlds.
+
+    Attributes:
+        features: [W, H, 279] features of the paper, by :meth:`observe`.
+        reward: [W, H] reward of the last control step.
+        reward_terms: its terms by the kernel that computes them: names and [W, H, term] values.
+        step_count: [W] control steps since the reset.
+        episode: [W] episodes begun so far, which seeds noise and draws.
+    """
+
+    def __init__(
+        self,
+        task: TaskConfig,
+        references: Sequence[ReferenceSet],
+        worlds: WorldPlan,
+        *,
+        seed: int = 0,
+        noise: bool = True,
+        thread_count: int | None = None,
+    ) -> None:
+        """Load the assets, compile the scenes and allocate the worlds.
+
+        Args:
+            task: What is simulated and rewarded.
+            references: One set per object, each of them already cut down to the task's kinds.
+            worlds: What each world plays.
+            seed: Seed of everything that is drawn on the device.
+            noise: Whether hands start with the task's noise.
+            thread_count: Threads of the physics, all cores by default.
+
+        Raises:
+            UserError: The references belong to different hand models, or an asset is missing.
+        """
+        self.task, self.seed, self.worlds = task, seed, worlds
+        hand_names = sorted({each.hand for each in references})
+        if len(hand_names) != 1:
+            raise UserError(f"references: expected one hand model for all objects, found {', '.join(hand_names)}")
+        self.hand_name = hand_names[0]
+        self.object_names = tuple(each.object for each in references)
+        self.references = tuple(references)
+        self.hands = tuple(load_hand(self.hand_name, side) for side in task.hands)
+        self.objects: tuple[ObjectModel, ...] = tuple(load_object(name) for name in self.object_names)
+        scenes = [Scene(self.hands, each, task.fixed_base, task.physics) for each in self.objects]
+        counts = np.bincount(worlds.object_index, minlength=len(scenes)).tolist()
+        self.simulation = CpuSimulation(scenes, counts, thread_count)
+        self.state = self.simulation.state
+        self.device = self.simulation.device
+        self.world_count, self.hand_count = worlds.world_count, len(self.hands)
+        self._allocate(noise)
+
+    @property
+    def action_count(self) -> int:
+        """Length of one hand's action."""
+        return action_count(self.task.action)
+
+    def reset(self, world_mask: wp.array | None = None) -> None:
+        """Begin an episode in the worlds whose mask (int, [W]) is not zero, in all of them by default."""
+        world_mask = self._all if world_mask is None else world_mask
+        self._launch(
+            episodes.begin_episodes,
+            self.world_count,
+            [world_mask, self._first_reference, self._reference_count, self.episode, self.seed],
+            [self.reference_index, self.step_count, self.state.diverged],
+        )
+        self._launch(
+            resets.reset_worlds,
+            self.world_count,
+            [
+                world_mask, self.reference_index, self._goal_angle, self.episode, self.seed, self._references,
+                self._reset_settings, self._hand_model, self._object_model,
+            ],
+            [self.state.hands, self.state.objects, self.goal],
+        )  # fmt: skip
+        self.simulation.write_state(world_mask)
+        self._forward_kinematics()
+        self._launch(metrics.reset_metrics, self.world_count, [world_mask], [self.metrics])
+
+    def step(self, action: wp.array) -> None:
+        """Advance every world by one control step.
+
+        Args:
+            action: [W, H, action_count]; a term takes its columns only when a decision of it is due.
+        """
+        hands = (self.world_count, self.hand_count)
+        for term in self._terms:
+            inputs = [action, self.step_count, term.first_column, term.decision_interval]
+            self._launch(episodes.latch_actions, hands, inputs, [term.held])
+        self._launch(
+            actions.pd_targets,
+            hands,
+            [
+                self.state.hands, self.state.objects, self._object_model, self.goal, self._action_settings,
+                self._synergy_basis, self.step_count, self._synergy, self._residual,
+            ],
+            [self.target],
+        )  # fmt: skip
+        self.simulation.step(self._apply_torques)
+        self._launch(episodes.advance_steps, self.world_count, [], [self.step_count])
+        self._forward_kinematics()
+        self._measure()
+
+    def observe(self) -> wp.array:
+        """Compute and return ``features`` of the present state."""
+        self._launch(
+            features.compute_features,
+            (self.world_count, self.hand_count),
+            [
+                self.state.hands, self.state.objects, self._object_model, self.goal,
+                int(self.task.include_hinge_features),
+            ],
+            [self.features],
+        )  # fmt: skip
+        return self.features
+
+    def episode_summary(self) -> dict[str, NDArray[np.float64]]:
+        """What happened in every world since its reset, each of shape [world]; angles in rad, distances in m."""
+        measured = {
+            "final_angle": self.state.objects.hinge_q,
+            "start_angle": self.goal.start_angle,
+            "goal_angle": self.goal.angle,
+            "angle_error": self.metrics.angle_error,
+            "mean_angle_error": self.metrics.angle_error_mean,
+            "max_angle_change": self.metrics.angle_change_max,
+            "final_displacement": self.metrics.displacement,
+            "mean_displacement": self.metrics.displacement_mean,
+            "max_displacement": self.metrics.displacement_max,
+            "max_tilt": self.metrics.tilt_max,
+        }
+        summary = {name: array.numpy().astype(np.float64) for name, array in measured.items()}
+        failed = (self.metrics.failure.numpy() != 0) | (self.state.diverged.numpy() != 0)
+        summary["diverged"] = failed.astype(np.float64)
+        opened = np.abs(summary["final_angle"] - summary["start_angle"]) > OPENED_ANGLE
+        summary["success"] = (opened & ~failed).astype(np.float64)
+        return summary
+
+    def _allocate(self, noise: bool) -> None:
+        """The arrays and settings that kernels read and write."""
+        task, device = self.task, self.device
+        worlds, hands = self.world_count, self.hand_count
+        self._hand_model = tables.hand_table(self.hands, device)
+        self._object_model = tables.object_table(self.objects, self.worlds, device)
+        self._references = tables.reference_table(self.references, task.hands, device)
+        self._reset_settings = tables.reset_settings(task.reset, noise)
+        self._action_settings = tables.action_settings(task.action)
+        self._synergy_basis = tables.synergy_basis(task.action, task.hands, device)
+        self._reward_weights = tables.reward_weights(task.reward)
+        self._outcome_weights = tables.outcome_weights(task.reward)
+        self._metric_limits = tables.metric_limits(OPENED_ANGLE)
+        self._object_mass = tables.object_mass(self.objects, self.worlds, task.fixed_base, device)
+        self.stiffness, self.damping = tables.gain_tables(task.gains, worlds, hands, device)
+        self._effort = wp.array(np.stack([each.effort for each in self.hands]), dtype=float, device=device)
+
+        self._first_reference = wp.array(self.worlds.first_reference, dtype=int, device=device)
+        self._reference_count = wp.array(self.worlds.reference_count, dtype=int, device=device)
+        self._goal_angle = wp.array(self.worlds.goal_angle, dtype=float, device=device)
+        self._all = wp.full(worlds, 1, dtype=int, device=device)
+        self.reference_index = wp.zeros(worlds, dtype=int, device=device)
+        self.step_count = wp.zeros(worlds, dtype=int, device=device)
+        self.episode = wp.zeros(worlds, dtype=int, device=device)
+        self.goal = states.goal(worlds, hands, device)
+        self.metrics = metrics.episode_metrics(worlds, device)
+
+        self.target = wp.zeros((worlds, hands, DOF_COUNT), dtype=float, device=device)
+        self._synergy = wp.zeros((worlds, hands, actions.SYNERGY_COUNT), dtype=float, device=device)
+        self._residual = wp.zeros((worlds, hands, DOF_COUNT), dtype=float, device=device)
+        self._terms: list[ActionTerm] = []
+        column = 0
+        for config, held in ((task.action.synergy, self._synergy), (task.action.residual, self._residual)):
+            if config is not None:
+                self._terms.append(ActionTerm(held, column, config.decision_interval))
+                column += held.shape[2]
+
+        self.features = wp.zeros((worlds, hands, FEATURE_COUNT), dtype=float, device=device)
+        self.reward = wp.zeros((worlds, hands), dtype=float, device=device)
+        self._paper_terms = wp.zeros((worlds, hands, len(rewards.TERMS)), dtype=float, device=device)
+        self._outcome_terms = wp.zeros((worlds, hands, len(outcomes.OUTCOME_TERMS)), dtype=float, device=device)
+        self.reward_terms = ((rewards.TERMS, self._paper_terms), (outcomes.OUTCOME_TERMS, self._outcome_terms))
+
+    def _apply_torques(self) -> None:
+        hands = self.state.hands
+        self._launch(
+            torques.pd_torques,
+            hands.joint_q.shape,
+            [self.target, hands.joint_q, hands.joint_qd, self.stiffness, self.damping, self._effort],
+            [self.simulation.joint_torque],
+        )
+
+    def _forward_kinematics(self) -> None:
+        self._launch(
+            kinematics.forward_kinematics,
+            (self.world_count, self.hand_count),
+            [self.state.hands, self._hand_model],
+            [],
+        )
+
+    def _measure(self) -> None:
+        """Rewards and metrics of the control step that was just simulated."""
+        self._launch(
+            rewards.compute_rewards,
+            (self.world_count, self.hand_count),
+            [
+                self.state.hands, self.state.objects, self._object_model, self.goal, self._reward_weights,
+                self._object_mass,
+            ],
+            [self._paper_terms, self.reward],
+        )  # fmt: skip
+        if self._outcome_weights is not None:
+            self._launch(
+                outcomes.add_outcome_reward,
+                (self.world_count, self.hand_count),
+                [
+                    self.state.objects, self.goal, self.step_count, self.task.episode_steps, OPENED_ANGLE,
+                    self._outcome_weights,
+                ],
+                [self._outcome_terms, self.reward],
+            )  # fmt: skip
+        self._launch(
+            metrics.update_metrics,
+            self.world_count,
+            [self.state.hands, self.state.objects, self.goal, self._metric_limits],
+            [self.metrics],
+        )
+
+    def _launch(self, kernel: wp.Kernel, dim: int | tuple[int, ...], inputs: list, outputs: list) -> None:
+        wp.launch(kernel, dim, inputs=inputs, outputs=outputs, device=self.device)

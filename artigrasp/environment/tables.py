@@ -1,0 +1,151 @@
+"""Assets, references and settings as the Warp structs that kernels read."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import warp as wp
+
+from artigrasp.assets.hand import HandModel
+from artigrasp.assets.object import ObjectModel
+from artigrasp.config import ActionConfig, PDGains, ResetConfig, RewardConfig, SynergyConfig
+from artigrasp.environment.worlds import WorldPlan
+from artigrasp.kernels import actions, metrics, resets, rewards, states
+from artigrasp.kernels.layout import ARTICULATED, HANDS
+from artigrasp.references.reference import ReferenceSet
+
+WRIST_CLEARANCE = 0.02
+"""Least height of a wrist over the table at the start [m]."""
+
+RUNAWAY_SPEED = 500.0
+"""Joint speed at which the physics of a world counts as failed [rad/s, m/s]."""
+
+LOST_DISPLACEMENT = 2.0
+"""Distance of the object from its start at which a world counts as failed [m]."""
+
+LIMIT_MARGIN = 0.1
+"""Room that the effective joint limits leave around a reference [rad]."""
+
+
+def hand_table(hands: Sequence[HandModel], device: str) -> states.HandModel:
+    """Offsets and limits of the scene's hands."""
+    table = states.hand_model(len(hands), device)
+    for name in ("link_offset", "tip_offset", "lower", "upper"):
+        getattr(table, name).assign(np.stack([getattr(hand, name) for hand in hands]).astype(np.float32))
+    return table
+
+
+def object_table(objects: Sequence[ObjectModel], worlds: WorldPlan, device: str) -> states.ObjectModel:
+    """Hinge and masses of every world's object."""
+    table = states.object_model(worlds.world_count, device)
+    rows = worlds.object_index
+    table.hinge_origin.assign(np.array([each.hinge_origin for each in objects], dtype=np.float32)[rows])
+    table.hinge_axis.assign(np.array([each.hinge_axis for each in objects], dtype=np.float32)[rows])
+    table.part_mass.assign(np.array([[p.mass for p in each.parts] for each in objects], dtype=np.float32)[rows])
+    return table
+
+
+def reference_table(references: Sequence[ReferenceSet], sides: Sequence[str], device: str) -> resets.ReferenceTable:
+    """All references, one set after the other, cut down to the scene's hands."""
+    columns = [HANDS.index(side) for side in sides]
+
+    def gather(name: str, dtype: object, per_hand: bool = True) -> wp.array:
+        rows = np.concatenate([getattr(each, name) for each in references])
+        rows = rows[:, columns] if per_hand else rows
+        number = np.int32 if dtype is int else np.float32
+        return wp.array(np.ascontiguousarray(rows, dtype=number), dtype=dtype, device=device)
+
+    table = resets.ReferenceTable()
+    kind = np.concatenate([each.kind for each in references])
+    table.articulate = wp.array((kind == "articulate").astype(np.int32), dtype=int, device=device)
+    table.active = gather("active", int)
+    table.part = gather("part", int)
+    table.wrist_pose_in_part = gather("wrist_pose_in_part", wp.transform)
+    table.finger_angles = gather("finger_angles", float)
+    table.contacts = gather("contacts", float)
+    table.object_pose = gather("object_pose", wp.transform, per_hand=False)
+    table.object_angle = gather("object_angle", float, per_hand=False)
+    return table
+
+
+def reset_settings(config: ResetConfig, noise: bool) -> resets.ResetSettings:
+    """How episodes start; without noise for measuring."""
+    settings = resets.ResetSettings()
+    settings.pregrasp_distance = config.pregrasp_distance
+    settings.idle_distance = config.idle_distance
+    settings.wrist_clearance = WRIST_CLEARANCE
+    settings.open_fraction = config.open_fraction
+    settings.position_noise = config.position_noise if noise else 0.0
+    settings.angle_noise = config.angle_noise if noise else 0.0
+    settings.goal_lower, settings.goal_upper = config.goal_angle
+    settings.limit_margin = LIMIT_MARGIN
+    return settings
+
+
+def reward_weights(config: RewardConfig) -> rewards.RewardWeights:
+    """The paper's weights; one weight serves the wrist's linear and angular velocity, as in the paper."""
+    weights = rewards.RewardWeights()
+    for name in ("keypoint", "fingertip", "pose", "contact", "force", "force_cap", "object_velocity", "angle"):
+        setattr(weights, name, getattr(config, name))
+    weights.hand_linear_velocity = weights.hand_angular_velocity = config.hand_velocity
+    weights.displacement = config.displacement
+    return weights
+
+
+def outcome_weights(config: RewardConfig) -> wp.vec3 | None:
+    """Weights of the outcome terms, or None if none of them counts."""
+    weights = (config.outcome_error, config.outcome_mean_error, config.outcome_success)
+    return wp.vec3(*weights) if any(weights) else None
+
+
+def metric_limits(opened_angle: float) -> metrics.MetricLimits:
+    """Thresholds of the measurements and of what counts as failed physics."""
+    limits = metrics.MetricLimits()
+    limits.opened_angle = opened_angle
+    limits.joint_speed = RUNAWAY_SPEED
+    limits.displacement = LOST_DISPLACEMENT
+    return limits
+
+
+def object_mass(objects: Sequence[ObjectModel], worlds: WorldPlan, fixed_base: bool, device: str) -> wp.array:
+    """Mass that caps the rewarded force [kg]: the articulated part's if the base is fixed, else the whole object's."""
+    masses = np.array([[part.mass for part in each.parts] for each in objects])
+    counted = masses[:, ARTICULATED] if fixed_base else masses.sum(axis=1)
+    return wp.array(counted[worlds.object_index].astype(np.float32), dtype=float, device=device)
+
+
+def action_settings(config: ActionConfig) -> actions.ActionSettings:
+    """Priors and scales; the scales of a term that is not in use are zero."""
+    settings = actions.ActionSettings()
+    settings.wrist_prior = {"reference": actions.WRIST_REFERENCE, "hinge": actions.WRIST_HINGE}[config.wrist_prior]
+    settings.finger_prior = {"current": actions.FINGERS_CURRENT, "reference": actions.FINGERS_REFERENCE}[
+        config.finger_prior
+    ]
+    settings.approach_steps = config.approach_steps
+    settings.close_start, settings.close_end = config.close_start, config.close_end
+    settings.open_fraction = config.open_fraction
+    settings.lead = config.hinge_lead
+    if config.synergy is not None:
+        settings.wrist_translation_scale = config.synergy.wrist_translation
+        settings.wrist_rotation_scale = config.synergy.wrist_rotation
+        settings.lead_scale = config.synergy.hinge_lead
+    if config.residual is not None:
+        scales = (config.residual.wrist_translation, config.residual.wrist_rotation, config.residual.fingers)
+        settings.residual_scale = wp.vec3(*scales)
+    return settings
+
+
+def synergy_basis(config: ActionConfig, sides: Sequence[str], device: str) -> wp.array:
+    """Finger angles per unit of each finger synergy [rad], shape [hand, 5, 45]."""
+    synergy = config.synergy or SynergyConfig()
+    basis = actions.finger_synergy_basis(sides, synergy.finger_flexion, synergy.thumb)
+    return wp.array(basis, dtype=float, device=device)
+
+
+def gain_tables(gains: PDGains, world_count: int, hand_count: int, device: str) -> tuple[wp.array, wp.array]:
+    """Stiffness and damping of every hand's three groups of joints, shape [world, hand, 3]."""
+    groups = (gains.wrist_translation, gains.wrist_rotation, gains.fingers)
+    shape = (world_count, hand_count, len(groups))
+    return tuple(
+        wp.array(np.broadcast_to(np.array(values, dtype=np.float32), shape).copy(), dtype=float, device=device)
+        for values in ([group.kp for group in groups], [group.kd for group in groups])
+    )

@@ -1,0 +1,75 @@
+"""Which object, references and goal every world of a batch plays."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from artigrasp.errors import UserError
+from artigrasp.references.reference import ReferenceSet
+
+DRAW_GOAL = -1.0
+"""Goal angle of a world that draws a new goal at every reset."""
+
+
+@dataclass(frozen=True)
+class WorldPlan:
+    """One row per world, worlds of one object side by side; every array has the shape [world]."""
+
+    object_index: NDArray[np.int32]
+    """Index of the world's reference set, ascending."""
+    first_reference: NDArray[np.int32]
+    """First reference that the world draws from, counted over all sets."""
+    reference_count: NDArray[np.int32]
+    """Number of references that it draws from; one fixes it."""
+    goal_angle: NDArray[np.float32]
+    """Goal of the hinge angle [rad], or ``DRAW_GOAL``."""
+
+    @property
+    def world_count(self) -> int:
+        """Number of worlds."""
+        return len(self.object_index)
+
+
+def training_worlds(references: Sequence[ReferenceSet], world_count: int) -> WorldPlan:
+    """Share the worlds evenly between the objects; each draws a reference and a goal at every reset.
+
+    Raises:
+        UserError: There are fewer worlds than objects, or an object has no references.
+    """
+    if world_count < len(references):
+        raise UserError(f"worlds: expected at least one per object ({len(references)}), found {world_count}")
+    counts = _reference_counts(references)
+    first = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    object_index = np.arange(world_count) * len(references) // world_count
+    return WorldPlan(
+        object_index.astype(np.int32),
+        first[object_index].astype(np.int32),
+        counts[object_index].astype(np.int32),
+        np.full(world_count, DRAW_GOAL, dtype=np.float32),
+    )
+
+
+def trial_worlds(references: Sequence[ReferenceSet], goal_angles: Sequence[float]) -> WorldPlan:
+    """One world for every reference and goal, so that one episode measures every trial once.
+
+    Raises:
+        UserError: An object has no references.
+    """
+    counts = _reference_counts(references)
+    reference = np.repeat(np.arange(counts.sum()), len(goal_angles))
+    return WorldPlan(
+        np.repeat(np.arange(len(references)), counts * len(goal_angles)).astype(np.int32),
+        reference.astype(np.int32),
+        np.ones(len(reference), dtype=np.int32),
+        np.tile(np.asarray(goal_angles, dtype=np.float32), counts.sum()),
+    )
+
+
+def _reference_counts(references: Sequence[ReferenceSet]) -> NDArray[np.int64]:
+    counts = np.array([len(each.kind) for each in references])
+    for each, count in zip(references, counts, strict=True):
+        if count == 0:
+            raise UserError(f"{each.object}: expected at least one reference of the wanted split and kind, found none")
+    return counts

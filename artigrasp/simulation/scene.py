@@ -1,0 +1,120 @@
+"""One scene definition for every backend: hands, a hinged object and the table, as a Newton model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import newton
+import numpy as np
+from newton.solvers import SolverMuJoCo
+
+from artigrasp.assets.hand import HandModel
+from artigrasp.config import PhysicsConfig
+from artigrasp.kernels.layout import LINKS, PARTS
+
+if TYPE_CHECKING:
+    from artigrasp.assets.object import ObjectModel
+
+HAND_BASE = "base"
+"""Body that carries the wrist joint; it is fixed to the world and becomes MuJoCo's mocap body."""
+
+SUPPORT = "table"
+_HAND_COLLISION_GROUP = {"left": -2, "right": -1}
+_OBJECT_COLLISION_GROUP = 1
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What stands in one world: one or two hands, one object, and the table plane z = 0."""
+
+    hands: tuple[HandModel, ...]
+    object: ObjectModel
+    fixed_base: bool
+    physics: PhysicsConfig
+
+
+def build_newton_model(scene: Scene, world_count: int = 1) -> newton.Model:
+    """Import the scene's USD assets into one Newton model.
+
+    Bodies are labelled ``<side>/<link>`` and ``object/<part>``; a hand collides with the object and the other hand,
+    but neither with itself nor with the table (as in the authors' release).
+
+    Args:
+        scene: The scene of every world.
+        world_count: Number of copies.
+
+    Returns:
+        The finalized model on the CPU device; gravity along -z, hands gravity-compensated.
+    """
+    builder = newton.ModelBuilder()
+    SolverMuJoCo.register_custom_attributes(builder)
+    # Newton's default of 0.1 m makes every geom a contact candidate: hundreds of contacts per world
+    builder.rigid_gap = 0.0
+    table = builder.add_ground_plane(label=SUPPORT)
+    for hand in scene.hands:
+        shapes = _add_asset(builder, hand.path, hand.side, (HAND_BASE, *LINKS), floating=None)
+        for shape in shapes:
+            builder.shape_collision_group[shape] = _HAND_COLLISION_GROUP[hand.side]
+            builder.add_shape_collision_filter_pair(table, shape)
+    for shape in _add_asset(builder, scene.object.path, "object", PARTS, floating=not scene.fixed_base):
+        builder.shape_collision_group[shape] = _OBJECT_COLLISION_GROUP
+    builder.shape_collision_group[table] = _OBJECT_COLLISION_GROUP
+    _set_contact_material(builder, scene.physics)
+    if world_count > 1:
+        worlds = newton.ModelBuilder()
+        SolverMuJoCo.register_custom_attributes(worlds)
+        worlds.replicate(builder, world_count)
+        builder = worlds
+    model = builder.finalize(device="cpu")
+    _set_mujoco_attributes(model, scene.physics)
+    return model
+
+
+def make_newton_solver(scene: Scene, model: newton.Model, **options: object) -> SolverMuJoCo:
+    """Newton's MuJoCo solver with the scene's solver settings; ``options`` choose CPU or GPU and capacities."""
+    physics = scene.physics
+    return SolverMuJoCo(
+        model,
+        iterations=physics.iterations,
+        ls_iterations=physics.ls_iterations,
+        cone=physics.cone,
+        impratio=physics.impratio,
+        integrator="implicitfast",
+        solver="newton",
+        **options,
+    )
+
+
+def _add_asset(
+    builder: newton.ModelBuilder, path: object, prefix: str, bodies: tuple[str, ...], floating: bool | None
+) -> range:
+    """Import one USD file, label its bodies and joints ``<prefix>/<name>`` and return the shapes it added."""
+    first_body, first_joint, first_shape = builder.body_count, builder.joint_count, builder.shape_count
+    builder.add_usd(str(path), floating=floating, enable_self_collisions=False, load_visual_shapes=False)
+    for labels, first in ((builder.body_label, first_body), (builder.joint_label, first_joint)):
+        for index in range(first, len(labels)):
+            labels[index] = f"{prefix}/{labels[index].rsplit('/', 1)[-1]}"
+    found = [label.split("/", 1)[1] for label in builder.body_label[first_body:]]
+    if sorted(found) != sorted(bodies):
+        raise ValueError(f"{path}: expected the bodies {bodies}, the importer made {found}")
+    return range(first_shape, builder.shape_count)
+
+
+def _set_contact_material(builder: newton.ModelBuilder, physics: PhysicsConfig) -> None:
+    time_constant, damping_ratio = physics.solref
+    for shape in range(builder.shape_count):
+        builder.shape_material_mu[shape] = physics.friction
+        # Newton turns (ke, kd) back into MuJoCo's (time constant, damping ratio)
+        builder.shape_material_ke[shape] = 1.0 / (time_constant * damping_ratio) ** 2
+        builder.shape_material_kd[shape] = 2.0 / time_constant
+        builder.shape_gap[shape] = 0.0
+        builder.shape_margin[shape] = 0.0
+
+
+def _set_mujoco_attributes(model: newton.Model, physics: PhysicsConfig) -> None:
+    solimp = model.mujoco.geom_solimp.numpy()
+    solimp[:, :3] = physics.solimp
+    model.mujoco.geom_solimp.assign(solimp)
+    is_hand = np.array([label.split("/")[-2] in _HAND_COLLISION_GROUP for label in model.body_label])
+    model.mujoco.gravcomp.assign(is_hand.astype(np.float32))

@@ -1,0 +1,102 @@
+"""The environment as rsl-rl's vectorised environment: one row per world and hand."""
+
+import torch
+import warp as wp
+from rsl_rl.env import VecEnv
+from tensordict import TensorDict
+
+from artigrasp.controllers.network import OBSERVATION_GROUP
+from artigrasp.environment.environment import Environment
+
+
+class HandVecEnv(VecEnv):
+    """Every hand of every world is a row; one PPO step is ``decision_interval`` control steps.
+
+    The rewards within a PPO step are discounted by the powers of gamma, so that the return is the same as with one
+    control step per PPO step. Episodes end together; a world whose physics failed is reset and marked as done.
+
+    Attributes:
+        environment: The batched environment.
+        decision_interval: Control steps per PPO step.
+    """
+
+    def __init__(self, environment: Environment) -> None:
+        """Wrap an environment and begin its first episodes."""
+        self.environment = environment
+        self.task = self.cfg = environment.task
+        self.decision_interval = self.task.action.decision_interval
+        self.rows = environment.world_count * environment.hand_count
+        self.num_envs, self.num_actions = self.rows, environment.action_count
+        self.max_episode_length = self.task.episode_steps // self.decision_interval
+        self.device = environment.device
+        self._action = wp.zeros(
+            (environment.world_count, environment.hand_count, self.num_actions), dtype=float, device=self.device
+        )
+        self._action_rows = self._as_rows(self._action)
+        self._reward_rows = wp.to_torch(environment.reward).reshape(self.rows)
+        self._terms = [(names, wp.to_torch(values)) for names, values in environment.reward_terms]
+        self._feature_rows = self._as_rows(environment.features)
+        self._diverged = wp.to_torch(environment.state.diverged)
+        self._returns: dict[str, list[float]] = {}
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin new episodes everywhere."""
+        self.environment.reset()
+        self.episode_length_buf = torch.zeros(self.rows, dtype=torch.long)
+        self._term_sums = [torch.zeros_like(values) for _, values in self._terms]
+
+    def get_observations(self) -> TensorDict:
+        """Features of every row, in the one observation group."""
+        self.environment.observe()
+        # a copy: the environment overwrites its features while the learner still holds these
+        return TensorDict({OBSERVATION_GROUP: self._feature_rows.clone()}, batch_size=self.rows)
+
+    def step(self, actions: torch.Tensor) -> tuple[TensorDict, torch.Tensor, torch.Tensor, dict]:
+        """Hold an action for ``decision_interval`` control steps.
+
+        Args:
+            actions: [row, action] the policy's output.
+
+        Returns:
+            Observations after it, discounted rewards [row], dones [row] and ``time_outs``.
+        """
+        self._action_rows.copy_(actions)
+        rewards = torch.zeros(self.rows)
+        for control_step in range(self.decision_interval):
+            self.environment.step(self._action)
+            rewards += self.task.ppo.gamma**control_step * self._reward_rows
+            for sums, (_, values) in zip(self._term_sums, self._terms, strict=True):
+                sums += values
+        self.episode_length_buf += 1
+        failed = self._diverged.bool().repeat_interleave(self.environment.hand_count)
+        # what a failed world earned is no use to the learner
+        rewards = torch.where(failed, torch.zeros_like(rewards), rewards)
+        time_outs = self.episode_length_buf >= self.max_episode_length
+        dones = time_outs | failed
+        if bool(dones.any()):
+            self._end_episodes(dones)
+        # with one decision per episode nothing comes after it whose value could be added
+        bootstrap = time_outs & ~failed & (self.max_episode_length > 1)
+        return self.get_observations(), rewards, dones.long(), {"time_outs": bootstrap.float()}
+
+    def pop_episode_means(self) -> dict[str, float]:
+        """Means over the episodes that ended since the last call: success, error, failures and reward terms."""
+        means = {name: sum(values) / len(values) for name, values in self._returns.items()}
+        self._returns.clear()
+        return means
+
+    def _end_episodes(self, dones: torch.Tensor) -> None:
+        worlds = dones.reshape(self.environment.world_count, -1).any(dim=1)
+        summary = self.environment.episode_summary()
+        for name, values in summary.items():
+            self._returns.setdefault(f"Episode/{name}", []).extend(values[worlds.numpy()].tolist())
+        for sums, (names, _) in zip(self._term_sums, self._terms, strict=True):
+            for name, value in zip(names, sums[worlds].mean(dim=(0, 1)).tolist(), strict=True):
+                self._returns.setdefault(f"Reward/{name}", []).append(value)
+            sums[worlds] = 0.0
+        self.episode_length_buf[dones] = 0
+        self.environment.reset(wp.from_torch(worlds.int()))
+
+    def _as_rows(self, array: wp.array) -> torch.Tensor:
+        return wp.to_torch(array).reshape(self.rows, -1)

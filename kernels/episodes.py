@@ -1,0 +1,71 @@
+"""Bookkeeping of episodes: which reference a world plays, how far it is, and which decisions hold."""
+
+import warp as wp
+
+wp.set_module_options({"enable_backward": False})
+
+_EPISODE_STRIDE = wp.constant(7919)
+_REFERENCE_STREAM = wp.constant(104729)
+
+
+@wp.kernel
+def begin_episodes(
+    world_mask: wp.array[int],
+    first_reference: wp.array[int],
+    reference_count: wp.array[int],
+    episode: wp.array[int],
+    seed: int,
+    # outputs
+    reference_index: wp.array[int],
+    step: wp.array[int],
+    diverged: wp.array[int],
+):
+    """Draw a reference for every masked world and set its clock to zero; launch with ``dim=W``.
+
+    Args:
+        world_mask: [W] int, 1 where an episode begins.
+        first_reference, reference_count: [W] range of references that a world draws from; a count of one fixes it.
+        episode: [W] episodes begun so far; the draw is a function of seed, world and this count.
+        seed: of the draw.
+        reference_index: [W] output.
+        step: [W] output, control steps since the reset.
+        diverged: [W] output, cleared.
+    """
+    world = wp.tid()
+    if world_mask[world] == 0:
+        return
+    random = wp.rand_init(seed + _REFERENCE_STREAM + _EPISODE_STRIDE * episode[world], world)
+    reference_index[world] = first_reference[world] + wp.randi(random, 0, reference_count[world])
+    step[world] = 0
+    diverged[world] = 0
+
+
+@wp.kernel
+def latch_actions(
+    action: wp.array3d[float],
+    step: wp.array[int],
+    first_column: int,
+    decision_interval: int,
+    # outputs
+    held: wp.array3d[float],
+):
+    """Copy one term's columns of the action where a decision is due; launch with ``dim=(W, H)``.
+
+    Args:
+        action: [W, H, A] the newest actions.
+        step: [W] control steps since the reset.
+        first_column: where the term begins in the action.
+        decision_interval: control steps for which a decision holds.
+        held: [W, H, K] output, the decisions in force.
+    """
+    world, hand = wp.tid()
+    if step[world] % decision_interval == 0:
+        for column in range(held.shape[2]):
+            held[world, hand, column] = action[world, hand, first_column + column]
+
+
+@wp.kernel
+def advance_steps(step: wp.array[int]):
+    """Count one control step; launch with ``dim=W``."""
+    world = wp.tid()
+    step[world] = step[world] + 1

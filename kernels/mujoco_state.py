@@ -1,0 +1,169 @@
+"""Between MuJoCo's packed double-precision state vectors and the project's arrays ``[world, hand, ...]``.
+
+A state row is MuJoCo's FULLPHYSICS state (time, qpos, qvel, ...); a control row is
+(qfrc_applied, mocap positions, mocap quaternions). This is the border where MuJoCo's wxyz quaternions become xyzw.
+"""
+
+import warp as wp
+
+from .states import HandState, ObjectState
+
+
+@wp.struct
+class StateLayout:
+    """Columns of the state and control rows, see ``simulation.mujoco_model.ModelLayout``."""
+
+    hand_qpos: wp.array2d[int]
+    hand_qvel: wp.array2d[int]
+    hand_force: wp.array2d[int]
+    hand_mocap_position: wp.array[int]
+    hand_mocap_quaternion: wp.array[int]
+    hinge_qpos: int
+    hinge_qvel: int
+    object_qpos: int
+    object_qvel: int
+    object_mocap_position: int
+    object_mocap_quaternion: int
+    contact_sensor: wp.array3d[int]
+
+
+@wp.func
+def read_quaternion(row: wp.array[wp.float64], column: int) -> wp.quat:
+    """An xyzw quaternion from four wxyz numbers."""
+    return wp.normalize(
+        wp.quat(float(row[column + 1]), float(row[column + 2]), float(row[column + 3]), float(row[column]))
+    )
+
+
+@wp.func
+def write_quaternion(row: wp.array[wp.float64], column: int, q: wp.quat):
+    """Four wxyz numbers from an xyzw quaternion."""
+    row[column] = wp.float64(q[3])
+    row[column + 1] = wp.float64(q[0])
+    row[column + 2] = wp.float64(q[1])
+    row[column + 3] = wp.float64(q[2])
+
+
+@wp.func
+def read_vector(row: wp.array[wp.float64], column: int) -> wp.vec3:
+    """Three consecutive numbers as a vector."""
+    return wp.vec3(float(row[column]), float(row[column + 1]), float(row[column + 2]))
+
+
+@wp.func
+def write_vector(row: wp.array[wp.float64], column: int, v: wp.vec3):
+    """A vector as three consecutive numbers."""
+    for axis in range(3):
+        row[column + axis] = wp.float64(v[axis])
+
+
+@wp.kernel
+def unpack_hands(
+    state: wp.array2d[wp.float64],
+    layout: StateLayout,
+    # outputs
+    hands: HandState,
+):
+    """Joint coordinates [rad, m] and velocities of every hand; launched over [world, hand]."""
+    world, hand = wp.tid()
+    for dof in range(layout.hand_qpos.shape[1]):
+        hands.joint_q[world, hand, dof] = float(state[world, layout.hand_qpos[hand, dof]])
+        hands.joint_qd[world, hand, dof] = float(state[world, layout.hand_qvel[hand, dof]])
+
+
+@wp.kernel
+def unpack_object(
+    state: wp.array2d[wp.float64],
+    previous_time: wp.array[wp.float64],
+    layout: StateLayout,
+    # outputs
+    objects: ObjectState,
+    diverged: wp.array[int],
+):
+    """Object base pose and velocity (linear of the base origin, angular; world frame) and hinge angle.
+
+    MuJoCo resets a world whose acceleration is not finite, which shows as its clock running backwards: such a world
+    is marked in ``diverged``. A fixed base keeps the pose that was written last. Launched over [world].
+    """
+    world = wp.tid()
+    row = state[world]
+    objects.hinge_q[world] = float(row[layout.hinge_qpos])
+    objects.hinge_qd[world] = float(row[layout.hinge_qvel])
+    if layout.object_qpos >= 0:
+        rotation = read_quaternion(row, layout.object_qpos + 3)
+        objects.pose[world] = wp.transform(read_vector(row, layout.object_qpos), rotation)
+        objects.velocity[world] = wp.spatial_vector(
+            read_vector(row, layout.object_qvel),
+            wp.quat_rotate(rotation, read_vector(row, layout.object_qvel + 3)),
+        )
+    if row[0] <= previous_time[world]:
+        diverged[world] = 1
+    previous_time[world] = row[0]
+
+
+@wp.kernel
+def accumulate_contact_force(
+    sensor: wp.array2d[wp.float64],
+    layout: StateLayout,
+    weight: float,
+    first: int,
+    # outputs
+    hands: HandState,
+):
+    """Add one substep's net contact force [N, world frame] per link and part; launched over [world, hand]."""
+    world, hand = wp.tid()
+    for link in range(layout.contact_sensor.shape[1]):
+        for part in range(layout.contact_sensor.shape[2]):
+            force = weight * read_vector(sensor[world], layout.contact_sensor[hand, link, part])
+            if first == 0:
+                force += hands.contact_force[world, hand, link, part]
+            hands.contact_force[world, hand, link, part] = force
+
+
+@wp.kernel
+def pack_torques(joint_torque: wp.array3d[float], layout: StateLayout, control: wp.array2d[wp.float64]):
+    """Write joint torques into qfrc_applied; launched over [world, hand]."""
+    world, hand = wp.tid()
+    for dof in range(joint_torque.shape[2]):
+        control[world, layout.hand_force[hand, dof]] = wp.float64(joint_torque[world, hand, dof])
+
+
+@wp.kernel
+def pack_state(
+    world_mask: wp.array[int],
+    hands: HandState,
+    objects: ObjectState,
+    layout: StateLayout,
+    # outputs
+    state: wp.array2d[wp.float64],
+    control: wp.array2d[wp.float64],
+    previous_time: wp.array[wp.float64],
+):
+    """Write the masked worlds' arrays into MuJoCo's vectors and set their clocks to zero; launched over [world]."""
+    world = wp.tid()
+    if world_mask[world] == 0:
+        return
+    row = state[world]
+    controls = control[world]
+    row[0] = wp.float64(0.0)
+    previous_time[world] = wp.float64(-1.0)
+    for hand in range(layout.hand_qpos.shape[0]):
+        for dof in range(layout.hand_qpos.shape[1]):
+            row[layout.hand_qpos[hand, dof]] = wp.float64(hands.joint_q[world, hand, dof])
+            row[layout.hand_qvel[hand, dof]] = wp.float64(hands.joint_qd[world, hand, dof])
+        base = hands.hand_base[world, hand]
+        write_vector(controls, layout.hand_mocap_position[hand], wp.transform_get_translation(base))
+        write_quaternion(controls, layout.hand_mocap_quaternion[hand], wp.transform_get_rotation(base))
+    row[layout.hinge_qpos] = wp.float64(objects.hinge_q[world])
+    row[layout.hinge_qvel] = wp.float64(objects.hinge_qd[world])
+    position = wp.transform_get_translation(objects.pose[world])
+    rotation = wp.transform_get_rotation(objects.pose[world])
+    if layout.object_qpos >= 0:
+        write_vector(row, layout.object_qpos, position)
+        write_quaternion(row, layout.object_qpos + 3, rotation)
+        write_vector(row, layout.object_qvel, wp.spatial_top(objects.velocity[world]))
+        angular = wp.quat_rotate_inv(rotation, wp.spatial_bottom(objects.velocity[world]))
+        write_vector(row, layout.object_qvel + 3, angular)
+    else:
+        write_vector(controls, layout.object_mocap_position, position)
+        write_quaternion(controls, layout.object_mocap_quaternion, rotation)
