@@ -52,17 +52,28 @@ def convex_pieces(mesh: Mesh) -> tuple[Mesh, ...]:
     return pieces
 
 
-def volume_ratio(mesh: Mesh, pieces: tuple[Mesh, ...], samples: int = 200_000) -> float:
-    """Volume of the union of the pieces over the volume of the mesh, by sampling: 1 is a perfect fit."""
-    volume = abs(float(_trimesh(mesh).volume))
+def volume_ratio(mesh: Mesh, pieces: tuple[Mesh, ...], cells: int = 1_000_000) -> float:
+    """Volume of the union of the pieces over the volume of the mesh, to about 1 %: 1 is a perfect fit.
+
+    Args:
+        mesh: A watertight mesh.
+        pieces: Convex pieces of it.
+        cells: Size of the grid on which the union is measured.
+    """
     corners = np.concatenate([piece.vertices for piece in pieces])
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    points = np.random.default_rng(0).uniform(low, high, (samples, 3))
-    inside = np.zeros(samples, bool)
+    low, extents = corners.min(axis=0), np.ptp(corners, axis=0)
+    edge = (extents.prod() / cells) ** (1 / 3)
+    shape = np.ceil(extents / edge).astype(int)
+    # One point at a random place of each cell: a regular grid would over- or undercount walls that are parallel to it.
+    points = low + edge * (np.moveaxis(np.indices(shape), 0, -1) + np.random.default_rng(0).random((*shape, 3)))
+    inside = np.zeros(shape, bool)
     for piece in pieces:
         hull = trimesh.convex.convex_hull(piece.vertices)
-        inside |= (points @ hull.face_normals.T <= (hull.face_normals * hull.triangles_center).sum(axis=1)).all(axis=1)
-    return float(inside.mean() * (high - low).prod() / volume)
+        start = ((hull.bounds[0] - low) / edge - 1).astype(int).clip(0)
+        block = tuple(map(slice, start, ((hull.bounds[1] - low) / edge + 2).astype(int)))
+        offsets = (hull.face_normals * hull.triangles_center).sum(axis=1)
+        inside[block] |= (points[block] @ hull.face_normals.T <= offsets).all(axis=-1)
+    return float(inside.sum() * edge**3 / abs(_trimesh(mesh).volume))
 
 
 def _decompose(mesh: Mesh, settings: dict[str, Any]) -> tuple[Mesh, ...]:

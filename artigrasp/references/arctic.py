@@ -1,7 +1,7 @@
 """References from ARCTIC's motion capture, as the authors labelled it, and the import of a user's whole copy.
 
-The paper (Sec. 4.1) takes hand poses from frames in which hands hold or open the object. The authors' labels name such a
-``grasp_frame`` and an ``init_frame`` whose object pose starts the task.
+The paper takes hand poses from frames in which hands hold or open the object. The authors' labels name such a
+``grasp_frame``, and an ``init_frame`` whose object pose starts the task.
 """
 
 import hashlib
