@@ -1,0 +1,38 @@
+"""Where assets are found and where imports land."""
+
+from pathlib import Path
+
+import pytest
+
+from artigrasp.assets.library import asset_roots, find_asset, import_root, list_assets, packaged_root
+from artigrasp.errors import UserError
+
+
+def test_users_assets_come_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """``ARTIGRASP_ASSETS`` is searched before what is shipped, which stays visible."""
+    monkeypatch.setenv("ARTIGRASP_ASSETS", str(tmp_path))
+    assert asset_roots() == (tmp_path, packaged_root())
+    assert find_asset("hands", "open_left") == packaged_root() / "hands" / "open_left.usda"
+    own = tmp_path / "hands" / "open_left.usda"
+    own.parent.mkdir()
+    own.write_text("")
+    (tmp_path / "hands" / ".half.usda").write_text("")
+    assert find_asset("hands", "open_left") == own
+    assert list_assets("hands") == ["open_left", "open_right"]
+
+
+def test_checkout_imports_into_its_ignored_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without the variable, imports into a checkout land in the folder that git ignores."""
+    monkeypatch.delenv("ARTIGRASP_ASSETS", raising=False)
+    repository = packaged_root().parent
+    if not (repository / "pyproject.toml").is_file():
+        pytest.skip("the package is not installed from a checkout")
+    assert import_root() == repository / "assets_usd" / "arctic"
+    assert "assets_usd/arctic/" in (repository / ".gitignore").read_text().split()
+
+
+def test_nothing_there_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A name that nothing resembles is answered with all that there is."""
+    monkeypatch.setenv("ARTIGRASP_ASSETS", str(tmp_path))
+    with pytest.raises(UserError, match="unknown hand 'xyz': expected one of open_left, open_right"):
+        find_asset("hands", "xyz")
