@@ -65,9 +65,9 @@ def count_references() -> dict[str, Any]:
 
 
 def _tasks() -> dict[str, str]:
-    from artigrasp.cli.catalogue import list_tasks
+    from artigrasp.tasks import TASKS
 
-    return {name: task.description for name, task in list_tasks().items()}
+    return {name: task.description for name, task in TASKS.items()}
 
 
 def _objects() -> list[str]:
@@ -77,7 +77,7 @@ def _objects() -> list[str]:
 
 
 def _policies() -> list[str]:
-    from artigrasp.cli.catalogue import list_policies
+    from artigrasp.cli.policies import list_policies
 
     return list(list_policies())
 

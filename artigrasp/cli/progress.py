@@ -2,34 +2,29 @@
 
 import contextlib
 import logging
-from collections.abc import Iterator
-from typing import Protocol
+from collections.abc import Callable, Iterator
 
+import rich.progress
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 CONSOLE = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 
 
-class Advance(Protocol):
-    """Moves a progress bar on."""
-
-    def __call__(self, steps: int = 1, *, status: str = "") -> None:
-        """Count further steps, and show a few words on how it goes."""
-        ...
+Progress = Callable[[str, int, int], None]
+"""Told what is being done, how many steps are done and how many there are in all."""
 
 
 @contextlib.contextmanager
-def progress_bar(description: str, total: int, *, hidden: bool = False) -> Iterator[Advance]:
+def progress_bar(description: str, *, hidden: bool = False) -> Iterator[Progress]:
     """A bar with the time gone and the time left, shown only where somebody can see it.
 
     Args:
         description: What is going on.
-        total: Steps to the end.
         hidden: Whether to show nothing, as for output that a program reads; nothing is shown without a terminal either.
 
     Yields:
-        A function that moves the bar on.
+        What library functions take as their ``progress``.
     """
     columns = (
         TextColumn("{task.description}", markup=False),
@@ -39,13 +34,13 @@ def progress_bar(description: str, total: int, *, hidden: bool = False) -> Itera
         TimeRemainingColumn(),
         TextColumn("{task.fields[status]}", markup=False),
     )
-    with Progress(*columns, console=CONSOLE, disable=hidden or not CONSOLE.is_terminal) as bar:
-        task = bar.add_task(description, total=total, status="")
+    with rich.progress.Progress(*columns, console=CONSOLE, disable=hidden or not CONSOLE.is_terminal) as bar:
+        task = bar.add_task(description, total=None, status="")
 
-        def advance(steps: int = 1, *, status: str = "") -> None:
-            bar.update(task, advance=steps, **({"status": status} if status else {}))
+        def show_progress(status: str, done: int, total: int) -> None:
+            bar.update(task, completed=done, total=total, status=status)
 
-        yield advance
+        yield show_progress
 
 
 class _ConsoleHandler(logging.Handler):

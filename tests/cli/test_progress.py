@@ -21,11 +21,11 @@ def test_bar_is_shown_only_to_people(terminal: bool, hidden: bool, seen: bool, m
     """The bar counts its steps on a terminal, and stays away from files and from output that programs read."""
     screen = console(terminal)
     monkeypatch.setattr(progress, "CONSOLE", screen)
-    with progress.progress_bar("Evaluating", 4, hidden=hidden) as advance:
-        advance(3, status="reward [1.5]")
-        advance()
+    with progress.progress_bar("Evaluating", hidden=hidden) as show_progress:
+        show_progress("reward [1.5]", 3, 4)
+        show_progress("done", 4, 4)
     text = screen.file.getvalue()  # type: ignore[attr-defined]
-    assert ("Evaluating" in text and "4/4" in text and "reward [1.5]" in text) is seen
+    assert ("Evaluating" in text and "4/4" in text and "done" in text) is seen
 
 
 def test_log_lines_reach_the_console_once(monkeypatch: pytest.MonkeyPatch) -> None:
