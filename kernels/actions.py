@@ -75,6 +75,8 @@ class ActionSettings:
         close_start, close_end: control steps between which `FINGERS_REFERENCE` closes.
         open_fraction: fraction of the reference angles before closing.
         lead: how far `WRIST_HINGE` runs ahead of the hinge towards the goal, at most, rad.
+        lead_start, lead_end: control steps between which the lead grows from zero to its full size, so that the hand
+            arrives and closes before it pulls.
         wrist_translation_scale, wrist_rotation_scale: m and rad per unit of a wrist synergy.
         lead_scale: rad per unit of the lead synergy.
         residual_scale: m, rad and rad per unit of the residual of each of `DOF_GROUPS`.
@@ -87,6 +89,8 @@ class ActionSettings:
     close_end: float
     open_fraction: float
     lead: float
+    lead_start: float
+    lead_end: float
     wrist_translation_scale: float
     wrist_rotation_scale: float
     lead_scale: float
@@ -158,6 +162,7 @@ def pd_targets(
     angle = object_state.hinge_q[world]
     if settings.wrist_prior == _WRIST_HINGE:
         lead = wp.max(settings.lead + settings.lead_scale * synergy[world, hand, _LEAD], 0.0)
+        lead = lead * fraction_between(now, settings.lead_start, settings.lead_end)
         angle = angle + wp.clamp(goal.angle[world] - angle, -lead, lead)
     part_in_world = part_pose(
         object_state.pose[world], object_model.hinge_origin[world], object_model.hinge_axis[world], angle, part

@@ -68,6 +68,10 @@ class ActionConfig:
     """Fast offsets of every joint."""
     hinge_lead: float = 0.3
     """Angle by which the wrist prior "hinge" runs ahead of the part, at most [rad]."""
+    lead_start: int = 70
+    """Control step at which the wrist prior "hinge" begins to run ahead of the part."""
+    lead_end: int = 120
+    """Control step from which it runs ahead by the full lead."""
     approach_steps: int = 0
     """Control steps over which the wrist prior moves from the initial pose to its goal; 0 aims there at once."""
     close_start: int = 30
@@ -78,10 +82,12 @@ class ActionConfig:
     """Finger angles before closing, as a fraction of the reference's."""
 
     def __post_init__(self) -> None:
-        require_not_negative(self, "hinge_lead", "approach_steps", "close_start")
+        require_not_negative(self, "hinge_lead", "lead_start", "approach_steps", "close_start")
         require_fraction(self, "open_fraction")
-        if self.close_end < self.close_start:
-            raise FieldError.mismatch("close_end", f"at least close_start ({self.close_start})", self.close_end)
+        for name in ("close", "lead"):
+            start, end = getattr(self, f"{name}_start"), getattr(self, f"{name}_end")
+            if end < start:
+                raise FieldError.mismatch(f"{name}_end", f"at least {name}_start ({start})", end)
 
     @property
     def decision_interval(self) -> int:

@@ -124,6 +124,7 @@ def action_settings(config: ActionConfig) -> actions.ActionSettings:
     settings.close_start, settings.close_end = config.close_start, config.close_end
     settings.open_fraction = config.open_fraction
     settings.lead = config.hinge_lead
+    settings.lead_start, settings.lead_end = config.lead_start, config.lead_end
     if config.synergy is not None:
         settings.wrist_translation_scale = config.synergy.wrist_translation
         settings.wrist_rotation_scale = config.synergy.wrist_rotation

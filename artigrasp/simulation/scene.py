@@ -11,7 +11,7 @@ from newton.solvers import SolverMuJoCo
 
 from artigrasp.assets.hand import HandModel
 from artigrasp.config import PhysicsConfig
-from artigrasp.kernels.layout import LINKS, PARTS
+from artigrasp.kernels.layout import DOFS, LINKS, PARTS
 
 if TYPE_CHECKING:
     from artigrasp.assets.object import ObjectModel
@@ -57,6 +57,7 @@ def build_newton_model(scene: Scene, world_count: int = 1) -> newton.Model:
         for shape in shapes:
             builder.shape_collision_group[shape] = _HAND_COLLISION_GROUP[hand.side]
             builder.add_shape_collision_filter_pair(table, shape)
+        _set_joint_dynamics(builder, hand)
     for shape in _add_asset(builder, scene.object.path, "object", PARTS, floating=not scene.fixed_base):
         builder.shape_collision_group[shape] = _OBJECT_COLLISION_GROUP
     builder.shape_collision_group[table] = _OBJECT_COLLISION_GROUP
@@ -99,6 +100,20 @@ def _add_asset(
     if sorted(found) != sorted(bodies):
         raise ValueError(f"{path}: expected the bodies {bodies}, the importer made {found}")
     return range(first_shape, builder.shape_count)
+
+
+def _set_joint_dynamics(builder: newton.ModelBuilder, hand: HandModel) -> None:
+    """Passive damping, armature and effort limit of every hand coordinate.
+
+    USD carries one value per joint; the wrist's slides and hinges share a joint but not their values.
+    """
+    for dof, name in enumerate(DOFS):
+        joint = builder.joint_label.index(f"{hand.side}/{name.rsplit('_', 1)[0]}_joint")
+        kinds = [each for each in DOFS if each.startswith(f"{name.rsplit('_', 1)[0]}_")]
+        coordinate = builder.joint_qd_start[joint] + kinds.index(name)
+        builder.joint_damping[coordinate] = float(hand.damping[dof])
+        builder.joint_armature[coordinate] = float(hand.armature[dof])
+        builder.joint_effort_limit[coordinate] = float(hand.effort[dof])
 
 
 def _set_contact_material(builder: newton.ModelBuilder, physics: PhysicsConfig) -> None:
