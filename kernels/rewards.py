@@ -4,7 +4,7 @@ import warp as wp
 
 from .goals import contact_strength, is_touching, keypoint_error, manipulated_part_pose, wrist_rotation_error
 from .kinematics import wrist_twist
-from .layout import LINK_COUNT, WRIST_DOF_COUNT
+from .layout import KEYPOINT_COUNT, LINK_COUNT, WRIST_DOF_COUNT
 from .states import Goal, HandState, ObjectModel, ObjectState
 
 TERMS = (
@@ -21,6 +21,7 @@ TERMS = (
 
 _WRIST_DOF_COUNT = wp.constant(WRIST_DOF_COUNT)
 _LINK_COUNT = wp.constant(LINK_COUNT)
+_KEYPOINT_COUNT = wp.constant(KEYPOINT_COUNT)
 _KEYPOINT = wp.constant(TERMS.index("keypoint"))
 _POSE = wp.constant(TERMS.index("pose"))
 _CONTACT = wp.constant(TERMS.index("contact"))
@@ -72,29 +73,39 @@ def norm_from_square(square: float) -> float:
     return norm
 
 
+# Sums have functions of their own: Warp's adjoint of a function does not run its loops again before it goes backwards,
+# so that what a loop has summed up may be used in the calling function only.
+
+
 @wp.func
-def contact_terms(
-    hand_state: HandState,
-    goal: Goal,
-    weights: RewardWeights,
-    object_mass: float,
-    world: int,
-    hand: int,
-) -> wp.vec2:
-    """Fraction of the target contacts that are made, and the capped force on them; zero without target contacts."""
-    wanted_count = wp.float32(0.0)
-    made_count = wp.float32(0.0)
-    force = wp.float32(0.0)
+def keypoint_errors_squared(
+    hand_state: HandState, goal: Goal, part: wp.transform, world: int, hand: int, first: int, end: int
+) -> float:
+    """Sum of the squared errors [m^2] of the keypoints from ``first`` to before ``end``."""
+    total = wp.float32(0.0)
+    for i in range(first, end):
+        total += wp.length_sq(keypoint_error(hand_state, goal, part, world, hand, i))
+    return total
+
+
+@wp.func
+def finger_errors_squared(hand_state: HandState, goal: Goal, world: int, hand: int) -> float:
+    """Sum of the squared errors [rad^2] of the finger angles."""
+    total = wp.float32(0.0)
+    for i in range(goal.finger_angles.shape[2]):
+        error = goal.finger_angles[world, hand, i] - hand_state.joint_q[world, hand, _WRIST_DOF_COUNT + i]
+        total += error * error
+    return total
+
+
+@wp.func
+def target_contacts(hand_state: HandState, goal: Goal, world: int, hand: int) -> wp.vec3:
+    """Number of target contacts, number of those that are made, and the force [N] on them."""
+    total = wp.vec3()
     for link in range(goal.contacts.shape[2]):
-        wanted = goal.contacts[world, hand, link]
         strength = contact_strength(hand_state, goal, world, hand, link)
-        wanted_count += wanted
-        made_count += wanted * is_touching(strength)
-        force += wanted * strength
-    return wp.vec2(
-        weights.contact * made_count / wp.max(wanted_count, 1.0),
-        weights.force * wp.min(force, weights.force_cap * object_mass),
-    )
+        total += goal.contacts[world, hand, link] * wp.vec3(1.0, is_touching(strength), strength)
+    return total
 
 
 @wp.kernel
@@ -137,25 +148,18 @@ def compute_rewards(
     if goal.active[world, hand] != 0:
         part = manipulated_part_pose(object_state, object_model, goal, world, hand)
 
-        joint_error = wp.float32(0.0)
-        tip_error = wp.float32(0.0)
-        for i in range(_LINK_COUNT, goal.keypoint_in_part.shape[2]):
-            tip_error += wp.length_sq(keypoint_error(hand_state, goal, part, world, hand, i))
-        for i in range(goal.contacts.shape[2]):
-            joint_error += wp.length_sq(keypoint_error(hand_state, goal, part, world, hand, i))
+        joint_error = keypoint_errors_squared(hand_state, goal, part, world, hand, 0, _LINK_COUNT)
+        tip_error = keypoint_errors_squared(hand_state, goal, part, world, hand, _LINK_COUNT, _KEYPOINT_COUNT)
         result[_KEYPOINT] = -weights.keypoint * joint_error - weights.fingertip * tip_error
 
         wrist_in_part = wp.transform_inverse(part) * hand_state.link_pose[world, hand, 0]
-        pose_error = wp.length_sq(wrist_rotation_error(wrist_in_part, goal.wrist_pose_in_part[world, hand]))
-        finger_error = wp.float32(0.0)
-        for i in range(goal.finger_angles.shape[2]):
-            difference = goal.finger_angles[world, hand, i] - hand_state.joint_q[world, hand, _WRIST_DOF_COUNT + i]
-            finger_error += difference * difference
-        result[_POSE] = -weights.pose * norm_from_square(pose_error + finger_error)
+        rotation_error = wrist_rotation_error(wrist_in_part, goal.wrist_pose_in_part[world, hand])
+        finger_error = finger_errors_squared(hand_state, goal, world, hand)
+        result[_POSE] = -weights.pose * norm_from_square(wp.length_sq(rotation_error) + finger_error)
 
-        contact = contact_terms(hand_state, goal, weights, object_mass[world], world, hand)
-        result[_CONTACT] = contact[0]
-        result[_FORCE] = contact[1]
+        contacts = target_contacts(hand_state, goal, world, hand)
+        result[_CONTACT] = weights.contact * contacts[1] / wp.max(contacts[0], 1.0)
+        result[_FORCE] = weights.force * wp.min(contacts[2], weights.force_cap * object_mass[world])
 
         wrist_velocity = wrist_twist(hand_state, world, hand)
         result[_HAND_VELOCITY] = -weights.hand_linear_velocity * wp.length_sq(
@@ -170,8 +174,8 @@ def compute_rewards(
         )
         result[_DISPLACEMENT] = -weights.displacement * wp.length_sq(offset)
 
-    total_reward = wp.float32(0.0)
+    sum_of_terms = wp.float32(0.0)
     for term in range(terms.shape[2]):
         terms[world, hand, term] = result[term]
-        total_reward += result[term]
-    total[world, hand] = total_reward
+        sum_of_terms += result[term]
+    total[world, hand] = sum_of_terms
