@@ -11,7 +11,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 INSTALLED := build/installed
 
-.PHONY: help venv demo test check bench clean
+.PHONY: help venv demo test check style types imports bench clean $(INSTALLED)
 
 help:
 	@echo "make demo    open the shipped box with a simulated hand, from nothing"
@@ -40,14 +40,22 @@ test: $(STAMP)
 bench: $(STAMP)
 	$(BIN)/artigrasp bench
 
-# Types and imports are checked on a real installation: only there are kernels, tasks and assets_usd inside the package.
-check: $(STAMP)
+check: style types imports
+
+style: $(STAMP)
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
-	rm -rf build
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --target $(INSTALLED) .
+
+types: $(INSTALLED)
 	cd $(INSTALLED) && $(CURDIR)/$(BIN)/mypy --config-file $(CURDIR)/pyproject.toml --cache-dir $(CURDIR)/.mypy_cache -p artigrasp
+
+imports: $(INSTALLED)
 	cd $(INSTALLED) && PYTHONPATH=. $(CURDIR)/$(BIN)/lint-imports --config $(CURDIR)/pyproject.toml --no-cache --no-logo
+
+# Types and imports are checked on a real installation: only there are kernels, tasks and assets_usd inside the package.
+$(INSTALLED): $(STAMP)
+	rm -rf build
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --target $@ .
 
 clean:
 	rm -rf build dist *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis

@@ -79,7 +79,7 @@ def _run(words: list[str]) -> int:
         show(importlib.metadata.version("artigrasp"))
         return 0
     verb = load_verb(words[0])
-    options = tyro.cli(
+    options: Any = tyro.cli(
         verb.Options,
         prog=f"artigrasp {words[0]}",
         args=words[1:],
