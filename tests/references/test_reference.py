@@ -1,0 +1,139 @@
+"""Reference files: kept exactly, selected by split and kind, refused when malformed."""
+
+import pickle
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from artigrasp.errors import UserError
+from artigrasp.references.reference import ReferenceSet, load_references, read_references, save_references
+
+
+def example(count: int = 4) -> ReferenceSet:
+    """References with a value of its own in every place."""
+    random = np.random.default_rng(0)
+    poses = random.normal(size=(count, 3, 7))
+    poses[..., 3:] /= np.linalg.norm(poses[..., 3:], axis=-1, keepdims=True)
+    odd = np.arange(count) % 2 == 1
+    return ReferenceSet(
+        object="lidded-box",
+        hand="open",
+        kind=np.where(odd, "grasp", "articulate"),
+        split=np.array(["train", "train", "test", "test"] * count)[:count],
+        active=np.stack([odd, np.ones(count, bool)], axis=1),
+        part=np.stack([0 * odd, ~odd], axis=1).astype(np.int32),
+        wrist_pose_in_part=poses[:, :2].astype(np.float32),
+        finger_angles=random.normal(size=(count, 2, 45)).astype(np.float32),
+        contacts=random.random((count, 2, 16)) < 0.5,
+        object_pose=poses[:, 2].astype(np.float32),
+        object_angle=random.random(count).astype(np.float32),
+        source=np.array([f"example {index}" for index in range(count)]),
+    )
+
+
+def arrays(path: Path, references: ReferenceSet) -> dict[str, Any]:
+    """The arrays of a saved file."""
+    save_references(path, references)
+    with np.load(path) as archive:
+        return dict(archive)
+
+
+def test_file_keeps_everything(tmp_path: Path) -> None:
+    """Reading gives back what was written, in the same types."""
+    references = example()
+    path = tmp_path / "references" / "lidded-box.npz"
+    save_references(path, references)
+    again = read_references(path)
+    assert (again.object, again.hand, len(again)) == ("lidded-box", "open", 4)
+    for name in ("kind", "split", "active", "part", "wrist_pose_in_part", "finger_angles", "contacts", "source"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(references, name))
+        assert getattr(again, name).dtype == getattr(references, name).dtype
+
+
+def test_load_finds_by_object_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """References are found in the asset roots by the object's name."""
+    monkeypatch.setenv("ARTIGRASP_ASSETS", str(tmp_path))
+    save_references(tmp_path / "references" / "drawer.npz", replace(example(), object="drawer"))
+    assert load_references("drawer").object == "drawer"
+    with pytest.raises(UserError, match="unknown reference 'drawers': did you mean 'drawer'"):
+        load_references("drawers")
+
+
+def test_select_by_split_kind_and_index() -> None:
+    """Splits, kinds and indices narrow the set down together."""
+    references = example(8)
+    assert references.select(split="test").source.tolist() == [f"example {i}" for i in (2, 3, 6, 7)]
+    assert references.select(split="test", kind="grasp").source.tolist() == ["example 3", "example 7"]
+    assert references.select(kind="articulate", indices=[3, 0]).source.tolist() == ["example 6", "example 0"]
+    assert len(references.select()) == 8
+
+
+def test_select_of_nothing_says_what_there_is() -> None:
+    """An empty selection and an index out of range are errors that name what there is."""
+    with pytest.raises(UserError, match="lidded-box: references of 'recon': found none; there are test articulate, "):
+        example().select(split="recon")
+    with pytest.raises(UserError, match="expected indices from 0 to 1, found 2"):
+        example().select(split="train", indices=[0, 2])
+
+
+def set_at(index: Any, value: Any) -> Any:
+    """A change that puts a value at a place of an array."""
+
+    def change(array: np.ndarray) -> np.ndarray:
+        array = array.copy()
+        array[index] = value
+        return array
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("field", "change", "message"),
+    [
+        ("finger_angles", set_at((2, 1, 7), np.nan), "finger_angles[2, 1, 7]: expected a finite number, found nan"),
+        ("object_angle", set_at(3, np.inf), "object_angle[3]: expected a finite number, found inf"),
+        ("object_pose", set_at((1, 6), 5.0), "object_pose[1]: expected a unit quaternion"),
+        ("kind", set_at(1, "throw"), "kind[1]: expected one of articulate, grasp, found throw"),
+        ("part", set_at((0, 1), 2), "part[0, 1]: expected one of 0, 1, found 2"),
+        ("active", set_at(2, False), "active[2]: expected at least one active hand, found none"),
+        ("contacts", lambda array: array[:, :, :15], "contacts: expected shape (R=4, 2, 16), found (4, 2, 15)"),
+        ("split", lambda array: array[:3], "split: expected shape (R=4), found (3,)"),
+        ("active", lambda array: array.astype(float), "active: expected booleans"),
+        ("hand", lambda array: np.array(3), "hand: expected strings"),
+        ("version", lambda array: np.array(2), "version: expected at most 1, found 2"),
+        ("format", lambda array: np.array("artigrasp.motion"), "format: expected 'artigrasp.references'"),
+    ],
+)
+def test_malformed_field_is_named(field: str, change: Any, message: str, tmp_path: Path) -> None:
+    """Whatever is wrong, one line names the file, the field and the place."""
+    path = tmp_path / "bad.npz"
+    contents = arrays(path, example())
+    np.savez(path, **(contents | {field: change(contents[field])}))
+    with pytest.raises(UserError, match=r"^[^\n]*$") as caught:
+        read_references(path)
+    assert str(path) in str(caught.value) and message in str(caught.value)
+
+
+def test_missing_field_is_named(tmp_path: Path) -> None:
+    """A field that is not there is named."""
+    path = tmp_path / "bad.npz"
+    contents = arrays(path, example())
+    del contents["contacts"]
+    np.savez(path, **contents)
+    with pytest.raises(UserError, match="contacts: expected an array, found none"):
+        read_references(path)
+
+
+def test_pickles_are_refused(tmp_path: Path) -> None:
+    """Neither an archive with Python objects nor a bare pickle is read."""
+    path = tmp_path / "bad.npz"
+    contents = arrays(path, example())
+    np.savez(path, **(contents | {"kind": contents["kind"].astype(object)}))
+    with pytest.raises(UserError, match="archive of plain arrays"):
+        read_references(path)
+    path.write_bytes(pickle.dumps(contents))
+    with pytest.raises(UserError, match="archive of plain arrays"):
+        read_references(path)
