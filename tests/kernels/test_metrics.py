@@ -1,0 +1,130 @@
+"""Measurements of an episode."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import warp as wp
+from scipy.spatial.transform import Rotation
+
+from artigrasp.kernels.metrics import (
+    LOST_OBJECT,
+    NOT_FINITE,
+    RUNAWAY,
+    EpisodeMetrics,
+    MetricLimits,
+    episode_metrics,
+    reset_metrics,
+    update_metrics,
+)
+from tests.kernels.samples import Sample, random_sample, to_device
+
+WORLD_COUNT = 12
+OPENED_ANGLE = 0.3
+
+
+def limits() -> MetricLimits:
+    """Thresholds of the tests."""
+    result = MetricLimits()
+    result.opened_angle = OPENED_ANGLE
+    result.joint_speed = 100.0
+    result.displacement = 2.0
+    return result
+
+
+def measure(metrics: EpisodeMetrics, *samples: Sample) -> dict[str, np.ndarray]:
+    """Take in states one after the other; returns the measurements."""
+    for sample in samples:
+        device = to_device(sample)
+        wp.launch(
+            update_metrics, dim=WORLD_COUNT, inputs=[device.hands, device.objects, device.goal, limits(), metrics]
+        )
+    return {name: getattr(metrics, name).numpy() for name in EpisodeMetrics.vars}
+
+
+@pytest.fixture
+def trajectory() -> list[Sample]:
+    """Ten states of twelve worlds."""
+    start = random_sample(WORLD_COUNT, seed=5)
+    rng = np.random.default_rng(0)
+    steps = [random_sample(WORLD_COUNT, seed=seed) for seed in range(10)]
+    return [
+        replace(
+            step,
+            start_object_pose=start.start_object_pose,
+            start_angle=start.start_angle,
+            angle=start.angle,
+            hinge_q=rng.uniform(-0.35, 0.35, WORLD_COUNT),
+        )
+        for step in steps
+    ]
+
+
+def test_measurements_agree_with_numpy(trajectory: list[Sample]) -> None:
+    """Present, largest and mean values over ten steps."""
+    result = measure(episode_metrics(WORLD_COUNT), *trajectory)
+    start = trajectory[0].start_object_pose
+    displacement = np.stack([np.linalg.norm(step.pose[:, :3] - start[:, :3], axis=-1) for step in trajectory])
+    up = np.array([0.0, 0.0, 1.0])
+    carried = Rotation.from_quat(start[:, 3:]).inv().apply(up)
+    tilt = np.stack([np.arccos(Rotation.from_quat(step.pose[:, 3:]).apply(carried)[:, 2]) for step in trajectory])
+    change = np.stack([np.abs(step.hinge_q - step.start_angle) for step in trajectory])
+    error = np.stack([np.abs(step.hinge_q - step.angle) for step in trajectory])
+    for name, values in {"displacement": displacement, "tilt": tilt, "angle_change": change}.items():
+        np.testing.assert_allclose(result[name], values[-1], atol=1e-4)
+        np.testing.assert_allclose(result[f"{name}_max"], values.max(0), atol=1e-4)
+    np.testing.assert_allclose(result["displacement_mean"], displacement.mean(0), rtol=1e-5)
+    np.testing.assert_allclose(result["angle_error"], error[-1], rtol=1e-4)
+    np.testing.assert_allclose(result["angle_error_mean"], error.mean(0), rtol=1e-5)
+    np.testing.assert_array_equal(result["opened"], (change > OPENED_ANGLE).any(0))
+    assert 0 < result["opened"].sum() < WORLD_COUNT
+    assert (result["step_count"] == 10).all()
+    assert (result["failure"] == 0).all()
+
+
+def test_turning_on_the_spot_is_no_tilt(trajectory: list[Sample]) -> None:
+    """Yaw about the vertical leaves the tilt at zero; a quarter turn to the side does not."""
+    for axis, expected in (([0.0, 0.0, 1.0], 0.0), ([0.6, 0.8, 0.0], 1.2)):
+        pose = trajectory[0].start_object_pose.copy()
+        pose[:, 3:] = (Rotation.from_rotvec(1.2 * np.array(axis)) * Rotation.from_quat(pose[:, 3:])).as_quat()
+        result = measure(episode_metrics(WORLD_COUNT), replace(trajectory[0], pose=pose))
+        np.testing.assert_allclose(result["tilt"], expected, atol=1e-5)
+
+
+def test_masked_reset(trajectory: list[Sample]) -> None:
+    """Only the masked worlds forget their episode."""
+    metrics = episode_metrics(WORLD_COUNT)
+    before = measure(metrics, *trajectory)
+    mask = np.arange(WORLD_COUNT) % 2
+    wp.launch(reset_metrics, dim=WORLD_COUNT, inputs=[wp.array(mask, dtype=int), metrics])
+    for name, values in before.items():
+        np.testing.assert_array_equal(getattr(metrics, name).numpy(), np.where(mask == 1, 0, values))
+
+
+@pytest.mark.parametrize("name", ["joint_q", "joint_qd", "pose", "velocity", "hinge_q", "hinge_qd"])
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_numbers_that_are_not_finite(trajectory: list[Sample], name: str, value: float) -> None:
+    """Any such number of a state flags its world, and its world only, and spoils no measurement."""
+    broken = getattr(trajectory[1], name).copy()
+    broken.reshape(WORLD_COUNT, -1)[3, -1] = value
+    metrics = episode_metrics(WORLD_COUNT)
+    result = measure(metrics, trajectory[0], replace(trajectory[1], **{name: broken}), trajectory[2])
+    flagged = (result["failure"] & NOT_FINITE) != 0
+    np.testing.assert_array_equal(flagged, np.arange(WORLD_COUNT) == 3)
+    assert all(np.isfinite(values).all() for values in result.values())
+    np.testing.assert_array_equal(result["step_count"], np.where(flagged, 2, 3))
+
+
+def test_runaway_and_lost_objects(trajectory: list[Sample]) -> None:
+    """Too fast a joint or hinge, and an object too far from its start, are flagged and stay so."""
+    fast, spinning, pose = trajectory[1].joint_qd.copy(), trajectory[1].hinge_qd.copy(), trajectory[1].pose.copy()
+    fast[2, 1, 50] = -101.0
+    spinning[4] = 101.0
+    pose[6, 0] += 10.0
+    metrics = episode_metrics(WORLD_COUNT)
+    failing = replace(trajectory[1], joint_qd=fast, hinge_qd=spinning, pose=pose)
+    failure = measure(metrics, trajectory[0], failing, trajectory[2])["failure"]
+    expected = np.zeros(WORLD_COUNT, int)
+    expected[[2, 4]] = RUNAWAY
+    expected[6] = LOST_OBJECT
+    np.testing.assert_array_equal(failure, expected)
