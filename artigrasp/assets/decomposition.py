@@ -97,8 +97,8 @@ def _digest(mesh: Mesh, settings: dict[str, Any]) -> str:
 
 def _save(path: Path, pieces: tuple[Mesh, ...]) -> None:
     arrays = {
-        "vertex_counts": [len(piece.vertices) for piece in pieces],
-        "face_counts": [len(piece.faces) for piece in pieces],
+        "vertex_counts": np.array([len(piece.vertices) for piece in pieces]),
+        "face_counts": np.array([len(piece.faces) for piece in pieces]),
         "vertices": np.concatenate([piece.vertices for piece in pieces]),
         "faces": np.concatenate([piece.faces for piece in pieces]),
     }

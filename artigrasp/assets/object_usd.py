@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
-from scipy.spatial.transform import Rotation
 
 from artigrasp.assets.object_model import Array, Indices, Mesh, ObjectModel, PartModel
 from artigrasp.assets.usd_stage import StageReader, new_stage, save_stage, set_attribute, set_mass, vector
@@ -37,7 +36,7 @@ def write_object(model: ObjectModel) -> None:
             UsdPhysics.CollisionAPI.Apply(mesh.GetPrim())
             approximation = UsdPhysics.MeshCollisionAPI.Apply(mesh.GetPrim())
             approximation.CreateApproximationAttr(UsdPhysics.Tokens.convexHull)
-    _write_hinge(stage, model)
+    write_hinge(stage, "/Object", model)
     save_stage(stage, model.path)
 
 
@@ -52,10 +51,11 @@ def _write_mesh(stage: Usd.Stage, path: str, mesh: Mesh) -> UsdGeom.Mesh:
     return prim
 
 
-def _write_hinge(stage: Usd.Stage, model: ObjectModel) -> None:
-    joint = UsdPhysics.RevoluteJoint.Define(stage, "/Object/hinge")
-    joint.CreateBody0Rel().SetTargets([f"/Object/{PARTS[0]}"])
-    joint.CreateBody1Rel().SetTargets([f"/Object/{PARTS[1]}"])
+def write_hinge(stage: Usd.Stage, root: str, model: ObjectModel) -> None:
+    """Join the two parts below the prim ``root`` by the prim ``hinge`` beside them."""
+    joint = UsdPhysics.RevoluteJoint.Define(stage, f"{root}/hinge")
+    joint.CreateBody0Rel().SetTargets([f"{root}/{PARTS[0]}"])
+    joint.CreateBody1Rel().SetTargets([f"{root}/{PARTS[1]}"])
     joint.CreateAxisAttr(UsdGeom.Tokens.z)
     x, y, z, w = vector(_turn_z_to(model.hinge_axis))
     origin = Gf.Vec3f(*vector(model.hinge_origin))
@@ -88,15 +88,13 @@ def read_object(path: Path) -> ObjectModel:
     """
     reader = StageReader(path, FORMAT, VERSION)
     hinge = reader.prim("/Object/hinge")
-    rotation = hinge.GetAttribute("physics:localRot0").Get()
-    turn = Rotation.from_quat([*rotation.GetImaginary(), rotation.GetReal()])
     base, articulated = (_read_part(reader, name) for name in PARTS)
     return ObjectModel(
         name=str(reader.value(reader.prim("/Object"), "artigrasp:name")),
         path=path,
         parts=(base, articulated),
         hinge_origin=reader.array(hinge, "physics:localPos0", (3,)),
-        hinge_axis=turn.apply([0.0, 0.0, 1.0]),
+        hinge_axis=reader.rotation(hinge, "physics:localRot0").apply([0.0, 0.0, 1.0]),
         hinge_lower=float(np.radians(reader.number(hinge, "physics:lowerLimit"))),
         hinge_upper=float(np.radians(reader.number(hinge, "physics:upperLimit"))),
         hinge_damping=float(np.degrees(reader.number(hinge, "newton:damping"))),

@@ -124,12 +124,19 @@ class StageReader:
         orientation = np.array([*quaternion.GetImaginary(), quaternion.GetReal()])
         return np.array(matrix.ExtractTranslation()), np.copysign(1.0, orientation[3]) * orientation
 
+    def rotation(self, prim: Usd.Prim, name: str) -> Rotation:
+        """A quaternion attribute as a rotation."""
+        value = self.value(prim, name)
+        quaternion = np.array([*value.GetImaginary(), value.GetReal()])
+        if not abs(np.linalg.norm(quaternion) - 1) < 1e-3:
+            raise self.error(f"{prim.GetPath()}.{name}", f"expected a unit quaternion, found {value}")
+        return Rotation.from_quat(quaternion)
+
     def mass(self, prim: Usd.Prim) -> tuple[float, Array, Array]:
         """Mass [kg], centre of mass [m] and inertia about it [kg·m²], shape (3, 3), of a rigid body."""
         if not prim.HasAPI(UsdPhysics.MassAPI):
             raise self.error(str(prim.GetPath()), "expected a PhysicsMassAPI, found none")
-        axis = prim.GetAttribute("physics:principalAxes").Get()
-        axes = Rotation.from_quat([*axis.GetImaginary(), axis.GetReal()]).as_matrix()
+        axes = self.rotation(prim, "physics:principalAxes").as_matrix()
         inertia = axes @ np.diag(self.array(prim, "physics:diagonalInertia", (3,))) @ axes.T
         return self.number(prim, "physics:mass"), self.array(prim, "physics:centerOfMass", (3,)), inertia
 

@@ -3,6 +3,7 @@
 All references of an object live in one file, ``references/<object>.npz``.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Self
@@ -129,8 +130,10 @@ def read_references(path: Path) -> ReferenceSet:
     if missing := [name for name in names if name not in arrays]:
         raise UserError(f"{path}: {missing[0]}: expected an array, found none")
     try:
-        texts = {name: str(check_array(name, arrays[name], (), np.str_)) for name in ("object", "hand")}
-        return ReferenceSet(**texts, **{name: arrays[name] for name in names if name not in texts})
+        values: dict[str, Any] = {name: arrays[name] for name in names}
+        for name in ("object", "hand"):
+            values[name] = str(check_array(name, arrays[name], (), np.str_))
+        return ReferenceSet(**values)
     except ValueError as error:
         raise UserError(f"{path}: {error}") from None
 
@@ -141,8 +144,8 @@ def save_references(path: Path, references: ReferenceSet) -> None:
     save_arrays(path, FORMAT, VERSION, arrays)
 
 
-def _check_values(name: str, values: NDArray[Any], expected: tuple[str, ...] | range) -> None:
-    for index in np.argwhere(~np.isin(values, list(expected)))[:1]:
+def _check_values(name: str, values: NDArray[Any], expected: Iterable[str | int]) -> None:
+    for index in np.argwhere(~np.isin(values, np.array(list(expected))))[:1]:
         where = ", ".join(str(i) for i in index)
         known = ", ".join(str(value) for value in expected)
         raise ValueError(f"{name}[{where}]: expected one of {known}, found {values[tuple(index)]}")

@@ -111,6 +111,7 @@ def test_file_that_is_no_object_is_named(tmp_path: Path) -> None:
         "hand": (load_object("lidded-box").path.parents[1] / "hands" / "open_left.usda").read_text(),
         "no_hinge": text.replace('"hinge"', '"axle"'),
         "no_mass": text.replace('"PhysicsRigidBodyAPI", "PhysicsMassAPI"', '"PhysicsRigidBodyAPI"'),
+        "axes": text.replace("principalAxes = (", "principalAxes = (9", 1),
         "quads": text.replace("faceVertexCounts = [3, 3", "faceVertexCounts = [4, 2", 1),
         "indices": text.replace("faceVertexIndices = [", "faceVertexIndices = [99, ", 1),
     }
@@ -118,6 +119,7 @@ def test_file_that_is_no_object_is_named(tmp_path: Path) -> None:
         "hand": "format: expected 'artigrasp.object', found 'artigrasp.hand'",
         "no_hinge": "/Object/hinge: expected a prim",
         "no_mass": "expected a PhysicsMassAPI",
+        "axes": "principalAxes: expected a unit quaternion",
         "quads": "expected triangles only",
         "indices": "faceVertexIndices: expected",
     }
