@@ -39,7 +39,7 @@ def measure(metrics: EpisodeMetrics, *samples: Sample) -> dict[str, np.ndarray]:
         wp.launch(
             update_metrics, dim=WORLD_COUNT, inputs=[device.hands, device.objects, device.goal, limits(), metrics]
         )
-    return {name: getattr(metrics, name).numpy() for name in EpisodeMetrics.vars}
+    return {name: getattr(metrics, name).numpy().copy() for name in EpisodeMetrics.vars}
 
 
 @pytest.fixture

@@ -1,0 +1,271 @@
+"""PD targets: priors, synergies, residual, wraps and limits."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import warp as wp
+from scipy.spatial.transform import Rotation
+
+from artigrasp.assets.hand import load_hand
+from artigrasp.kernels.actions import (
+    FINGERS_CURRENT,
+    FINGERS_REFERENCE,
+    SYNERGIES,
+    WRIST_HINGE,
+    WRIST_REFERENCE,
+    ActionSettings,
+    finger_synergy_basis,
+    pd_targets,
+)
+from artigrasp.kernels.layout import ARTICULATED, DOF_COUNT, DOFS, HANDS
+from tests.kernels import numpy_reference
+from tests.kernels.samples import Sample, random_sample, to_device
+
+PAPER = {"wrist_prior": WRIST_REFERENCE, "finger_prior": FINGERS_CURRENT}
+HINGE = {"wrist_prior": WRIST_HINGE, "finger_prior": FINGERS_REFERENCE}
+SCALES = np.array([0.001] * 3 + [0.01] * 3 + [0.015] * 45)
+LEAD = 0.35
+
+
+def settings(**changes: float) -> ActionSettings:
+    """The paper's scales, ours for the synergies, with changes."""
+    result = ActionSettings()
+    values = {
+        "approach_steps": 60.0,
+        "close_start": 30.0,
+        "close_end": 70.0,
+        "open_fraction": 0.3,
+        "lead": LEAD,
+        "wrist_translation_scale": 0.015,
+        "wrist_rotation_scale": 0.15,
+        "lead_scale": 0.15,
+        "residual_scale": wp.vec3(0.001, 0.01, 0.015),
+    }
+    for name, value in (values | changes).items():
+        setattr(result, name, value)
+    return result
+
+
+def targets(
+    sample: Sample,
+    prior: dict[str, int],
+    step: int = 1000,
+    synergy: np.ndarray | None = None,
+    residual: np.ndarray | None = None,
+    limit: float = 100.0,
+    **changes: float,
+) -> np.ndarray:
+    """[W, H, 51] targets of a sample, with all joint limits at ``limit``."""
+    device = to_device(sample)
+    hands = sample.part.shape
+    for array, value in ((device.goal.lower, -limit), (device.goal.upper, limit)):
+        array.fill_(value)
+    result = wp.full((*hands, DOF_COUNT), np.nan, dtype=float)
+    wp.launch(
+        pd_targets,
+        dim=hands,
+        inputs=[
+            device.hands,
+            device.objects,
+            device.object_model,
+            device.goal,
+            settings(**prior, **changes),
+            wp.array(finger_synergy_basis(HANDS, flexion_scale=0.3, thumb_scale=0.2), dtype=float),
+            wp.full(sample.world_count, step, dtype=int),
+            wp.array(np.zeros((*hands, len(SYNERGIES))) if synergy is None else synergy, dtype=float),
+            wp.array(np.zeros((*hands, DOF_COUNT)) if residual is None else residual, dtype=float),
+        ],
+        outputs=[result],
+    )
+    return result.numpy()
+
+
+def wrist_at(sample: Sample, target: np.ndarray) -> numpy_reference.Frame:
+    """Wrist frames in the world of hands that have reached their targets."""
+    return numpy_reference.forward_kinematics(replace(sample, joint_q=target.astype(np.float64)))[0][0]
+
+
+def reference_wrist(
+    sample: Sample, angle: np.ndarray, offset: np.ndarray | float = 0.0, turn: np.ndarray | None = None
+) -> numpy_reference.Frame:
+    """Reference wrist frames on the part at a hinge angle [W], shifted and turned in the part's frame."""
+    matrix, origin = numpy_reference.part_frames(sample, angle)
+    part = tuple(numpy_reference.of_manipulated_part(sample, values) for values in (matrix, origin))
+    rotation, position = numpy_reference.frame(sample.wrist_pose_in_part)
+    if turn is not None:
+        rotation = Rotation.from_rotvec(turn.reshape(-1, 3)).as_matrix().reshape(rotation.shape) @ rotation
+    return numpy_reference.compose(part, (rotation, position + offset))
+
+
+def assert_frames_agree(found: numpy_reference.Frame, expected: numpy_reference.Frame) -> None:
+    """Equal to a few micrometres and microradians."""
+    np.testing.assert_allclose(found[1], expected[1], atol=5e-6)
+    np.testing.assert_allclose(found[0], expected[0], atol=2e-5)
+
+
+@pytest.fixture(scope="module")
+def sample() -> Sample:
+    """100 random states in which every hand takes part."""
+    sample = random_sample(seed=2)
+    return replace(sample, active=np.ones_like(sample.active))
+
+
+def led_angle(sample: Sample, lead: np.ndarray | float = LEAD) -> np.ndarray:
+    """[W] hinge angle that the wrist of the hinge prior belongs to."""
+    return sample.hinge_q + np.clip(sample.angle - sample.hinge_q, -lead, lead)
+
+
+def test_the_papers_prior_is_reference_position_and_current_pose(sample: Sample) -> None:
+    """Wrist position on the part as it is now; rotation and fingers where they are; the residual on top."""
+    residual = np.random.default_rng(0).normal(size=sample.joint_q.shape)
+    target = targets(sample, PAPER, residual=residual)
+    without = target - SCALES * residual
+    expected = reference_wrist(sample, sample.hinge_q)
+    np.testing.assert_allclose(wrist_at(sample, without)[1], expected[1], atol=5e-6)
+    np.testing.assert_allclose(without[..., 3:], sample.joint_q[..., 3:], atol=1e-5)
+
+
+def test_the_hinge_prior_runs_ahead_of_the_part(sample: Sample) -> None:
+    """After the approach the wrist belongs to the part turned towards the goal, by the lead at most."""
+    assert_frames_agree(wrist_at(sample, targets(sample, HINGE)), reference_wrist(sample, led_angle(sample)))
+    near = replace(sample, angle=sample.hinge_q + np.linspace(-0.3, 0.3, sample.world_count))
+    assert_frames_agree(wrist_at(near, targets(near, HINGE)), reference_wrist(near, near.angle))
+
+
+def test_on_the_base_the_hinge_prior_is_the_reference(sample: Sample) -> None:
+    """A hand on the base, as in grasping, does not care for the hinge."""
+    grasp = replace(sample, part=np.zeros_like(sample.part))
+    found = wrist_at(grasp, targets(grasp, HINGE))
+    assert_frames_agree(found, reference_wrist(grasp, np.zeros(grasp.world_count)))
+
+
+def test_the_approach_is_a_smooth_step_from_the_start(sample: Sample) -> None:
+    """The wrist leaves the pose of its reset, is halfway after half the steps, and starts and ends slowly."""
+    np.testing.assert_allclose(targets(sample, HINGE, step=0)[..., :6], 0.0, atol=1e-6)
+    arrived = targets(sample, HINGE, step=60)[..., :3]
+    for step in (15, 30, 45):
+        x = step / 60.0
+        fraction = x * x * (3.0 - 2.0 * x)
+        np.testing.assert_allclose(targets(sample, HINGE, step=step)[..., :3], fraction * arrived, atol=1e-5)
+    np.testing.assert_array_equal(targets(sample, HINGE, step=0, approach_steps=0.0)[..., :3], arrived)
+
+
+def test_fingers_close_from_a_fraction_to_the_reference(sample: Sample) -> None:
+    """Linear between the two steps, constant outside."""
+    for step, fraction in ((0, 0.3), (30, 0.3), (50, 0.65), (70, 1.0), (300, 1.0)):
+        found = targets(sample, HINGE, step=step)[..., 6:]
+        np.testing.assert_allclose(found, fraction * sample.finger_angles, atol=1e-5)
+
+
+def test_wrist_synergies_move_the_wrist_in_the_parts_frame(sample: Sample) -> None:
+    """Shift and turn about the wrist, both along the part's axes, and a longer or shorter lead, never negative."""
+    rng = np.random.default_rng(0)
+    synergy = np.zeros((*sample.part.shape, len(SYNERGIES)))
+    synergy[..., :6] = rng.normal(size=(*sample.part.shape, 6))
+    lead = rng.normal(scale=3.0, size=sample.world_count)
+    synergy[..., SYNERGIES.index("lead")] = lead[:, None]
+    angle = led_angle(sample, np.maximum(LEAD + 0.15 * lead, 0.0))
+    expected = reference_wrist(sample, angle, 0.015 * synergy[..., :3], 0.15 * synergy[..., 3:6])
+    assert_frames_agree(wrist_at(sample, targets(sample, HINGE, synergy=synergy)), expected)
+    assert (LEAD + 0.15 * lead < 0).any()
+
+
+def test_finger_synergies_add_to_the_fingers(sample: Sample) -> None:
+    """Each synergy moves its own angles by its scale, on either finger prior."""
+    basis = finger_synergy_basis(HANDS, flexion_scale=0.3, thumb_scale=0.2)
+    synergy = np.zeros((*sample.part.shape, len(SYNERGIES)))
+    synergy[..., 6:11] = np.random.default_rng(0).normal(size=(*sample.part.shape, 5))
+    offset = np.einsum("whk,hkj->whj", synergy[..., 6:11], basis)
+    for prior, fingers in ((HINGE, sample.finger_angles), (PAPER, sample.joint_q[..., 6:])):
+        np.testing.assert_allclose(targets(sample, prior, synergy=synergy)[..., 6:], fingers + offset, atol=1e-5)
+
+
+def test_the_finger_synergy_basis() -> None:
+    """Flexion is a turn about z of the twelve finger joints; thumb offsets move the thumb; left mirrors right."""
+    left, right = finger_synergy_basis(HANDS, flexion_scale=0.3, thumb_scale=0.2)
+    angles = np.array(DOFS[6:])
+    flexing = {f"{finger}{joint}_rz" for finger in ("index", "middle", "ring", "pinky") for joint in (1, 2, 3)}
+    assert set(angles[right[0] != 0]) == flexing
+    assert set(right[0]) == {0.0, np.float32(0.3)}
+    assert [list(angles[row != 0]) for row in right[1:4]] == [["thumb1_rx"], ["thumb1_ry"], ["thumb1_rz"]]
+    assert set(angles[right[4] != 0]) == {"thumb2_ry", "thumb2_rz", "thumb3_ry", "thumb3_rz"}
+    np.testing.assert_array_equal(left, right * np.tile([1.0, -1.0, -1.0], 15))
+
+
+def test_flexion_closes_the_fingers_of_both_hands(sample: Sample) -> None:
+    """Flexed fingertips move to -y, where the palms look, on the right and on the left hand."""
+    hands = [load_hand("open", side) for side in HANDS]
+    offsets = (np.stack([hand.link_offset for hand in hands]), np.stack([hand.tip_offset for hand in hands]))
+    basis = finger_synergy_basis(HANDS, flexion_scale=0.3, thumb_scale=0.3)
+    root = (np.eye(3)[None, None].repeat(2, 1), np.zeros((1, 2, 3)))
+    flat = numpy_reference.hand_frames(root, np.zeros((1, 2, 45)), *offsets)[1]
+    flexed = numpy_reference.hand_frames(root, basis[None, :, 0].astype(float), *offsets)[1]
+    assert (flexed[..., 17:, 1] < flat[..., 17:, 1] - 0.01).all()
+    thumb = numpy_reference.hand_frames(root, basis[None, :, 4].astype(float), *offsets)[1]
+    # The thumb's tip moves to the palm's side and towards the fingers.
+    assert (thumb[..., 16, 1] < flat[..., 16, 1] - 0.005).all()
+    assert (thumb[..., 16, 2] < flat[..., 16, 2] - 0.005).all()
+
+
+@pytest.mark.parametrize("turns", [-2, -1, 0, 1])
+def test_wrist_angles_stay_near_the_current_ones(sample: Sample, turns: int) -> None:
+    """A wrist that has wound around is asked for the same rotation from where it is, without unwinding."""
+    wound = sample.joint_q.copy()
+    wound[..., 3:6] += 2.0 * np.pi * turns
+    sample = replace(sample, joint_q=wound)
+    target = targets(sample, HINGE)
+    difference = np.abs(target[..., 3:6] - wound[..., 3:6])
+    assert difference[..., [0, 2]].max() < np.pi + 1e-4
+    plain = targets(replace(sample, joint_q=np.zeros_like(wound)), HINGE)
+    np.testing.assert_allclose(wrist_at(sample, target)[0], wrist_at(sample, plain)[0], atol=1e-4)
+
+
+def test_targets_follow_a_turning_wrist_without_jumps(sample: Sample) -> None:
+    """Tracking a wrist through two full turns about each axis, the angles never jump."""
+    for axis in range(3):
+        current = np.zeros((*sample.part.shape, DOF_COUNT))
+        for angle in np.linspace(0.0, 4.0 * np.pi if axis != 1 else 1.4, 80)[1:]:
+            rotvec = np.zeros(3)
+            rotvec[axis] = angle
+            quaternion = Rotation.from_rotvec(rotvec).as_quat()
+            still = np.zeros((*sample.part.shape, 7))
+            still[..., 6] = 1.0
+            turning = replace(
+                sample,
+                joint_q=current,
+                hand_base=still,
+                pose=still[:, 0],
+                part=np.zeros_like(sample.part),
+                wrist_pose_in_part=np.concatenate(
+                    [still[..., :3], np.broadcast_to(quaternion, (*sample.part.shape, 4))], -1
+                ),
+            )
+            target = targets(turning, HINGE).astype(np.float64)
+            assert np.abs(target[..., 3:6] - current[..., 3:6]).max() < 0.25
+            current = target
+        np.testing.assert_allclose(current[..., 3 + axis], angle, atol=1e-4)
+
+
+def test_targets_keep_the_limits(sample: Sample) -> None:
+    """Whatever is added up, the effective limits hold; inside them nothing changes."""
+    residual = 100.0 * np.random.default_rng(0).normal(size=sample.joint_q.shape)
+    free, limited = (targets(sample, HINGE, residual=residual, limit=limit) for limit in (100.0, 0.5))
+    np.testing.assert_array_equal(limited, np.clip(free, -0.5, 0.5))
+    assert 0.1 < (limited != free).mean() < 0.9
+
+
+@pytest.mark.parametrize("prior", [PAPER, HINGE])
+def test_idle_hands_hold_still(sample: Sample, prior: dict[str, int]) -> None:
+    """A hand that takes no part is asked to keep the pose of its reset, whatever the policy says."""
+    idle = replace(sample, active=np.zeros_like(sample.active))
+    noise = np.random.default_rng(0)
+    synergy = noise.normal(size=(*sample.part.shape, len(SYNERGIES)))
+    target = targets(idle, prior, synergy=synergy, residual=noise.normal(size=sample.joint_q.shape))
+    assert (target[..., :6] == 0.0).all()
+    np.testing.assert_allclose(target[..., 6:], 0.3 * sample.finger_angles, atol=1e-6)
+
+
+def test_both_parts_occur(sample: Sample) -> None:
+    """The random states cover hands on the base and on the articulated part."""
+    assert 0.3 < (sample.part == ARTICULATED).mean() < 0.7
