@@ -15,7 +15,7 @@ from artigrasp.assets.hand import HandModel, load_hand
 from artigrasp.assets.object import Mesh, load_object
 from artigrasp.errors import UserError
 from artigrasp.kernels.layout import ARTICULATED, DOF_COUNT, HANDS, LINK_COUNT, LINK_PARENTS
-from artigrasp.references import arctic
+from artigrasp.references import arctic_labels
 from artigrasp.references.arctic import import_arctic
 from artigrasp.references.reference import ReferenceSet, load_references
 
@@ -52,7 +52,7 @@ def test_totals_are_the_papers(arctic_release: Path, tmp_path: Path, monkeypatch
     for name, references in per_object.items():
         model = load_object(name)
         assert ((model.hinge_lower <= references.object_angle) & (references.object_angle <= model.hinge_upper)).all()
-        assert (references.object_angle > 0).any() == (name in arctic.NEVER_CLOSED)
+        assert (references.object_angle > 0).any() == (name in arctic_labels.NEVER_CLOSED)
 
 
 @pytest.mark.parametrize("name", COUNTS)
@@ -151,8 +151,8 @@ def test_object_rests_on_the_floor(name: str, arctic_assets: Path) -> None:
 @pytest.mark.parametrize("name", COUNTS)
 def test_lowest_vertex_agrees_with_the_labels(name: str, arctic_release: Path, arctic_assets: Path) -> None:
     """Our mesh in the captured pose reaches down to the vertex that the labels call the lowest."""
-    model, labels = load_object(name), arctic.read_labels(arctic_release)
-    with np.load(arctic_release / arctic.LABELS) as archive:
+    model, labels = load_object(name), arctic_labels.read_labels(arctic_release)
+    with np.load(arctic_release / arctic_labels.LABELS) as archive:
         expected = archive["lowest_vertex_init"][:, 2]
     for row in np.flatnonzero((labels["object"] == name) & (labels["split"] != "recon")):
         state = labels["object_init"][row]
@@ -175,10 +175,10 @@ def test_importing_again_changes_nothing(arctic_release: Path, arctic_folder: Pa
 
 def test_sequence_that_is_missing_is_skipped(arctic_release: Path, arctic_assets: Path) -> None:
     """An image reference whose motion capture is not there is left out with a reason; all others stay."""
-    labels = arctic.read_labels(arctic_release)
+    labels = arctic_labels.read_labels(arctic_release)
     labels["subject"] = np.where(labels["split"] == "recon", "s99", labels["subject"])
-    mean_pose = {side: arctic.read_mean_pose(arctic_release, side) for side in HANDS}
-    references, skipped = arctic.convert_references(arctic_release, load_object("box"), labels, mean_pose)
+    mean_pose = {side: arctic_labels.read_mean_pose(arctic_release, side) for side in HANDS}
+    references, skipped = arctic_labels.convert_references(arctic_release, load_object("box"), labels, mean_pose)
     assert len(skipped) == RECONSTRUCTED["box"] and all("s99" in line for line in skipped)
     assert len(references) == sum(COUNTS["box"].values())
 
