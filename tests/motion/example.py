@@ -14,7 +14,7 @@ def random_poses(generator: np.random.Generator, *shape: int) -> np.ndarray:
 
 
 def example_motion(
-    *, hands: tuple[str, ...] = ("right",), hand: str = "open", object: str = "lidded_box", sample_count: int = 5
+    *, hands: tuple[str, ...] = ("right",), hand: str = "open", object: str = "lidded-box", sample_count: int = 5
 ) -> Motion:
     """Random poses and angles at 100 Hz: valid, and different everywhere."""
     generator = np.random.default_rng(0)

@@ -1,0 +1,104 @@
+"""Where the hand links and the object parts of a motion are."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from artigrasp.assets.hand import HandModel
+from artigrasp.assets.object import ObjectModel
+from artigrasp.kernels import states
+from artigrasp.kernels.kinematics import forward_kinematics
+from artigrasp.kernels.layout import DOF_COUNT, PARTS, WRIST_DOF_COUNT
+from artigrasp.kernels.parts import pose_parts
+from artigrasp.motion.file import Motion, MotionReference
+
+_DEVICE = "cpu"
+
+
+def link_poses(motion: Motion, hands: Sequence[HandModel]) -> NDArray[np.float32]:
+    """Poses of all hand links.
+
+    Args:
+        motion: The motion.
+        hands: The model of each hand of the motion.
+
+    Returns:
+        Link frames in the world: position [m], quaternion xyzw, shape ``[T, H, 16, 7]``.
+    """
+    hand_base = np.broadcast_to(motion.hand_base, (len(motion.time), *motion.hand_base.shape))
+    return _link_poses(hand_base, motion.joint_q, hands)
+
+
+def reference_link_poses(reference: MotionReference, hands: Sequence[HandModel]) -> NDArray[np.float32]:
+    """Poses of all hand links in the reference.
+
+    Args:
+        reference: The reference of a motion.
+        hands: The model of each hand of the motion.
+
+    Returns:
+        Link frames in the frame of the part that each hand manipulates: position [m], quaternion xyzw, shape
+        ``[H, 16, 7]``.
+    """
+    # With the base at the wrist itself, the six wrist coordinates are zero.
+    joint_q = np.zeros((1, len(hands), DOF_COUNT), np.float32)
+    joint_q[0, :, WRIST_DOF_COUNT:] = reference.finger_angles
+    poses: NDArray[np.float32] = _link_poses(reference.wrist_pose_in_part[None], joint_q, hands)[0]
+    return poses
+
+
+def part_poses(motion: Motion, object: ObjectModel) -> NDArray[np.float32]:
+    """Poses of both object parts.
+
+    Args:
+        motion: The motion.
+        object: The model of its object.
+
+    Returns:
+        Part frames in the world: position [m], quaternion xyzw, shape ``[T, 2, 7]``.
+    """
+    return pose_object(motion.object_pose, motion.hinge_angle, object)
+
+
+def pose_object(
+    object_pose: NDArray[np.floating], hinge_angle: NDArray[np.floating], object: ObjectModel
+) -> NDArray[np.float32]:
+    """Poses of both parts of an object in N configurations.
+
+    Args:
+        object_pose: Poses of the base: position [m], quaternion xyzw, shape ``[N, 7]``.
+        hinge_angle: Hinge angles [rad], shape ``[N]``.
+        object: The model of the object.
+
+    Returns:
+        Part frames in the frame that the base poses are given in: position [m], quaternion xyzw, shape ``[N, 2, 7]``.
+    """
+    poses = wp.zeros((len(hinge_angle), len(PARTS)), dtype=wp.transform, device=_DEVICE)
+    wp.launch(
+        pose_parts,
+        dim=poses.shape,
+        inputs=[
+            wp.array(object_pose, dtype=wp.transform, device=_DEVICE),
+            wp.array(hinge_angle, dtype=float, device=_DEVICE),
+            wp.vec3(*object.hinge_origin),
+            wp.vec3(*object.hinge_axis),
+        ],
+        outputs=[poses],
+        device=_DEVICE,
+    )
+    return np.asarray(poses.numpy(), np.float32)
+
+
+def _link_poses(
+    hand_base: NDArray[np.float32], joint_q: NDArray[np.float32], hands: Sequence[HandModel]
+) -> NDArray[np.float32]:
+    model = states.hand_model(len(hands), _DEVICE)
+    model.link_offset.assign(np.stack([hand.link_offset for hand in hands]))
+    model.tip_offset.assign(np.stack([hand.tip_offset for hand in hands]))
+    state = states.hand_state(len(joint_q), len(hands), _DEVICE)
+    state.joint_q.assign(joint_q)
+    state.hand_base.assign(hand_base)
+    wp.launch(forward_kinematics, dim=hand_base.shape[:2], inputs=[state, model], device=_DEVICE)
+    return np.asarray(state.link_pose.numpy(), np.float32)
