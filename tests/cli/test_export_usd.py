@@ -1,0 +1,45 @@
+"""Tests of `artigrasp export-usd`."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from artigrasp.cli import main
+from artigrasp.export import usd
+from artigrasp.motion.file import Motion, save_motion
+from tests.motion.example import example_motion
+
+
+@pytest.fixture
+def exported(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Motion, Path, float | None]]:
+    """What the library was asked to export."""
+    calls: list[tuple[Motion, Path, float | None]] = []
+    monkeypatch.setattr(usd, "export_usd", lambda motion, path, *, rate=None: calls.append((motion, path, rate)))
+    return calls
+
+
+def test_motion_is_exported_beside_its_file_or_where_asked(
+    tmp_path: Path, exported: list[tuple[Motion, Path, float | None]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The path and the rate are passed on, and the file that was written is named."""
+    path = tmp_path / "motion.npz"
+    save_motion(path, example_motion())
+    assert main(["export-usd", str(path)]) == 0
+    assert capsys.readouterr().out == f"wrote {tmp_path / 'motion.usdc'}\n"
+    assert main(["export-usd", str(path), "--out", str(tmp_path / "a.usda"), "--rate", "30", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"path": str(tmp_path / "a.usda")}
+    assert [call[1:] for call in exported] == [(tmp_path / "motion.usdc", None), (tmp_path / "a.usda", 30.0)]
+    assert exported[0][0].object == "lidded-box"
+
+
+def test_what_is_no_motion_is_refused(
+    tmp_path: Path, exported: list[tuple[Motion, Path, float | None]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A missing file and a file of something else are refused in one line, and nothing is written."""
+    (tmp_path / "note.npz").write_text("nothing")
+    for name in ("note.npz", "missing.npz"):
+        assert main(["export-usd", str(tmp_path / name)]) == 2
+        captured = capsys.readouterr()
+        assert captured.out == "" and name in captured.err and captured.err.count("\n") == 1
+    assert not exported and [path.name for path in tmp_path.iterdir()] == ["note.npz"]
