@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from .states import Goal, HandState, ObjectState
+from .states import Goal, HandState, ObjectState, element_types
 
 wp.set_module_options({"enable_backward": False})
 
@@ -58,11 +58,11 @@ class MetricLimits:
     displacement: float
 
 
-def episode_metrics(world_count: int, device=None) -> EpisodeMetrics:
+def episode_metrics(world_count: int, device: str | None = None) -> EpisodeMetrics:
     """Zeroed `EpisodeMetrics`."""
     metrics = EpisodeMetrics()
-    for name, variable in EpisodeMetrics.vars.items():
-        setattr(metrics, name, wp.zeros(world_count, dtype=variable.type.dtype, device=device))
+    for name, dtype in element_types(EpisodeMetrics).items():
+        setattr(metrics, name, wp.zeros(world_count, dtype=dtype, device=device))
     return metrics
 
 

@@ -3,9 +3,13 @@
 A group is allocated by the function of its name; every array stays reachable as an attribute.
 """
 
+from typing import Any
+
 import warp as wp
 
 from .layout import DOF_COUNT, FINGER_DOF_COUNT, KEYPOINT_COUNT, LINK_COUNT, PARTS, TIP_COUNT
+
+Shapes = dict[str, tuple[int, ...]]
 
 
 @wp.struct
@@ -111,20 +115,24 @@ class Goal:
     start_angle: wp.array[float]
 
 
-def _allocate(group, shapes: dict[str, tuple[int, ...]], device, requires_grad: bool):
-    """A struct instance with zeroed arrays of the given shapes, their dtypes taken from the annotations."""
+def element_types(group: Any) -> dict[str, Any]:
+    """Element types of the arrays of a struct, by name."""
+    return {name: variable.type.dtype for name, variable in group.vars.items()}
+
+
+def _allocate(group: Any, shapes: Shapes, device: str | None, requires_grad: bool = False) -> Any:
+    """A struct instance with zeroed arrays of the given shapes, their element types taken from the annotations."""
     instance = group()
-    for name, shape in shapes.items():
-        dtype = group.vars[name].type.dtype
+    for name, dtype in element_types(group).items():
         differentiable = requires_grad and dtype is not wp.int32
-        setattr(instance, name, wp.zeros(shape, dtype=dtype, device=device, requires_grad=differentiable))
+        setattr(instance, name, wp.zeros(shapes[name], dtype=dtype, device=device, requires_grad=differentiable))
     return instance
 
 
-def hand_state(world_count: int, hand_count: int, device=None, requires_grad: bool = False) -> HandState:
+def hand_state(world_count: int, hand_count: int, device: str | None = None, requires_grad: bool = False) -> HandState:
     """Zeroed `HandState`; its base frames must be set before use."""
     hands = (world_count, hand_count)
-    shapes = {
+    shapes: Shapes = {
         "joint_q": (*hands, DOF_COUNT),
         "joint_qd": (*hands, DOF_COUNT),
         "hand_base": hands,
@@ -135,38 +143,37 @@ def hand_state(world_count: int, hand_count: int, device=None, requires_grad: bo
     return _allocate(HandState, shapes, device, requires_grad)
 
 
-def object_state(world_count: int, device=None, requires_grad: bool = False) -> ObjectState:
+def object_state(world_count: int, device: str | None = None, requires_grad: bool = False) -> ObjectState:
     """Zeroed `ObjectState`; its poses must be set before use."""
-    return _allocate(
-        ObjectState, dict.fromkeys(ObjectState.vars, (world_count,)), device=device, requires_grad=requires_grad
-    )
+    shapes: Shapes = dict.fromkeys(element_types(ObjectState), (world_count,))
+    return _allocate(ObjectState, shapes, device, requires_grad)
 
 
-def object_model(world_count: int, device=None) -> ObjectModel:
+def object_model(world_count: int, device: str | None = None) -> ObjectModel:
     """Zeroed `ObjectModel`, to be filled."""
-    shapes = {
+    shapes: Shapes = {
         "hinge_origin": (world_count,),
         "hinge_axis": (world_count,),
         "part_mass": (world_count, len(PARTS)),
     }
-    return _allocate(ObjectModel, shapes, device, requires_grad=False)
+    return _allocate(ObjectModel, shapes, device)
 
 
-def hand_model(hand_count: int, device=None) -> HandModel:
+def hand_model(hand_count: int, device: str | None = None) -> HandModel:
     """Zeroed `HandModel`, to be filled."""
-    shapes = {
+    shapes: Shapes = {
         "link_offset": (hand_count, LINK_COUNT),
         "tip_offset": (hand_count, TIP_COUNT),
         "lower": (hand_count, DOF_COUNT),
         "upper": (hand_count, DOF_COUNT),
     }
-    return _allocate(HandModel, shapes, device, requires_grad=False)
+    return _allocate(HandModel, shapes, device)
 
 
-def goal(world_count: int, hand_count: int, device=None, requires_grad: bool = False) -> Goal:
+def goal(world_count: int, hand_count: int, device: str | None = None, requires_grad: bool = False) -> Goal:
     """Zeroed `Goal`, filled by `reset_worlds`."""
     hands = (world_count, hand_count)
-    shapes = dict.fromkeys(("active", "part", "contact_part", "wrist_pose_in_part"), hands)
+    shapes: Shapes = dict.fromkeys(("active", "part", "contact_part", "wrist_pose_in_part"), hands)
     shapes |= {
         "finger_angles": (*hands, FINGER_DOF_COUNT),
         "link_pose_in_part": (*hands, LINK_COUNT),

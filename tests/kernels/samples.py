@@ -143,7 +143,7 @@ def mirror_sample(sample: Sample) -> Sample:
 
 def fill(instance, group, sample: object):
     """Assign those arrays of a struct instance that the sample has; returns the instance."""
-    for name in group.vars:
+    for name in states.element_types(group):
         if hasattr(sample, name):
             getattr(instance, name).assign(getattr(sample, name))
     return instance

@@ -133,6 +133,14 @@ def test_the_hinge_prior_runs_ahead_of_the_part(sample: Sample) -> None:
     assert_frames_agree(wrist_at(near, targets(near, HINGE)), reference_wrist(near, near.angle))
 
 
+def test_the_lead_grows_between_two_steps(sample: Sample) -> None:
+    """The hand follows the part itself at first, then runs ahead more and more, up to the whole lead."""
+    for step, fraction in ((0, 0.0), (80, 0.0), (90, 0.25), (100, 0.5), (120, 1.0), (200, 1.0)):
+        target = targets(sample, HINGE, step=step, approach_steps=0.0, lead_start=80.0, lead_end=120.0)
+        expected = reference_wrist(sample, led_angle(sample, fraction * LEAD))
+        assert_frames_agree(wrist_at(sample, target), expected)
+
+
 def test_on_the_base_the_hinge_prior_is_the_reference(sample: Sample) -> None:
     """A hand on the base, as in grasping, does not care for the hinge."""
     grasp = replace(sample, part=np.zeros_like(sample.part))

@@ -17,6 +17,7 @@ from artigrasp.kernels.metrics import (
     reset_metrics,
     update_metrics,
 )
+from artigrasp.kernels.states import element_types
 from tests.kernels.samples import Sample, random_sample, to_device
 
 WORLD_COUNT = 12
@@ -39,7 +40,7 @@ def measure(metrics: EpisodeMetrics, *samples: Sample) -> dict[str, np.ndarray]:
         wp.launch(
             update_metrics, dim=WORLD_COUNT, inputs=[device.hands, device.objects, device.goal, limits(), metrics]
         )
-    return {name: getattr(metrics, name).numpy().copy() for name in EpisodeMetrics.vars}
+    return {name: getattr(metrics, name).numpy().copy() for name in element_types(EpisodeMetrics)}
 
 
 @pytest.fixture

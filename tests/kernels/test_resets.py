@@ -21,6 +21,8 @@ SETTINGS = {
     "open_fraction": 0.3,
     "position_noise": 0.02,
     "angle_noise": 0.05,
+    "reference_position_noise": 0.0,
+    "reference_rotation_noise": 0.0,
     "goal_lower": 0.5,
     "goal_upper": 1.5,
     "limit_margin": 0.1,
@@ -75,8 +77,8 @@ class Worlds:
             tip_offset=self.sample.tip_offset,
         )
         self.table = ReferenceTable()
-        for name, variable in ReferenceTable.vars.items():
-            setattr(self.table, name, wp.array(getattr(self.references, name), dtype=variable.type.dtype))
+        for name, dtype in states.element_types(ReferenceTable).items():
+            setattr(self.table, name, wp.array(getattr(self.references, name), dtype=dtype))
         self.settings = ResetSettings()
         for name, value in (SETTINGS | changes).items():
             setattr(self.settings, name, value)
