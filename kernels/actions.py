@@ -11,7 +11,7 @@ import warp as wp
 
 from .kinematics import part_pose
 from .layout import DOFS, FINGER_DOF_COUNT, WRIST_DOF_COUNT
-from .rotations import quat_to_euler_xyz_near, quat_to_rotation_vector, rotation_vector_to_quat
+from .rotations import offset_pose, quat_to_euler_xyz_near, quat_to_rotation_vector, rotation_vector_to_quat
 from .states import Goal, HandState, ObjectModel, ObjectState
 from .torques import dof_group
 
@@ -113,15 +113,6 @@ def blend_poses(start: wp.transform, end: wp.transform, fraction: float) -> wp.t
     return wp.transform(
         wp.lerp(wp.transform_get_translation(start), wp.transform_get_translation(end), fraction),
         start_rotation * rotation_vector_to_quat(fraction * turn),
-    )
-
-
-@wp.func
-def offset_pose(pose: wp.transform, translation: wp.vec3, rotation: wp.vec3) -> wp.transform:
-    """Shift a frame and turn it about its own origin; both offsets in the frame that the pose is given in."""
-    return wp.transform(
-        wp.transform_get_translation(pose) + translation,
-        rotation_vector_to_quat(rotation) * wp.transform_get_rotation(pose),
     )
 
 

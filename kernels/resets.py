@@ -4,6 +4,7 @@ import warp as wp
 
 from .kinematics import part_pose, pose_fingers
 from .layout import WRIST_DOF_COUNT
+from .rotations import offset_pose
 from .states import Goal, HandModel, HandState, ObjectModel, ObjectState
 
 wp.set_module_options({"enable_backward": False})
@@ -48,6 +49,8 @@ class ResetSettings:
         open_fraction: fraction of the reference's finger angles at the start.
         position_noise: largest offset of each wrist translation, m.
         angle_noise: largest offset of each wrist rotation and finger angle, rad.
+        reference_position_noise: largest offset of each coordinate of the reference's wrist position in the part, m.
+        reference_rotation_noise: largest turn of the reference's wrist about each axis of the part, rad.
         goal_lower, goal_upper: range of the target angle of articulation, rad.
         limit_margin: room that the effective joint limits leave around the reference, rad.
     """
@@ -58,6 +61,8 @@ class ResetSettings:
     open_fraction: float
     position_noise: float
     angle_noise: float
+    reference_position_noise: float
+    reference_rotation_noise: float
     goal_lower: float
     goal_upper: float
     limit_margin: float
@@ -143,7 +148,14 @@ def reset_worlds(
     for hand in range(references.active.shape[1]):
         active = references.active[reference, hand]
         part = references.part[reference, hand]
-        wrist_in_part = references.wrist_pose_in_part[reference, hand]
+        # Drawn here, not in a function: a function would draw from a copy of the generator's state.
+        reference_shift = settings.reference_position_noise * wp.vec3(
+            wp.randf(random, -1.0, 1.0), wp.randf(random, -1.0, 1.0), wp.randf(random, -1.0, 1.0)
+        )
+        reference_turn = settings.reference_rotation_noise * wp.vec3(
+            wp.randf(random, -1.0, 1.0), wp.randf(random, -1.0, 1.0), wp.randf(random, -1.0, 1.0)
+        )
+        wrist_in_part = offset_pose(references.wrist_pose_in_part[reference, hand], reference_shift, reference_turn)
         goal.active[world, hand] = active
         goal.part[world, hand] = part
         # Articulation asks for contact with the part that moves, grasping with any.

@@ -76,6 +76,8 @@ def reset_settings(config: ResetConfig, noise: bool) -> resets.ResetSettings:
     settings.open_fraction = config.open_fraction
     settings.position_noise = config.position_noise if noise else 0.0
     settings.angle_noise = config.angle_noise if noise else 0.0
+    settings.reference_position_noise = config.reference_position_noise if noise else 0.0
+    settings.reference_rotation_noise = config.reference_rotation_noise if noise else 0.0
     settings.goal_lower, settings.goal_upper = config.goal_angle
     settings.limit_margin = LIMIT_MARGIN
     return settings

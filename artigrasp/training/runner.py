@@ -150,7 +150,7 @@ class Runner:
         )
         self.wall_time += learned - start
         metrics = {f"Loss/{name}": value for name, value in losses.items()}
-        metrics["Policy/std"] = float(self.learner.get_policy().output_std.mean())
+        metrics["Policy/std"] = float(self.learner.get_policy().output_std.mean().detach())
         metrics["Policy/learning_rate"] = self.learner.learning_rate
         metrics |= self.env.pop_episode_means()
         metrics["Time/collect"], metrics["Time/learn"] = collected - start, learned - collected
