@@ -28,9 +28,11 @@ class Options:
 
 def run(options: Options) -> int:
     """Convert the file."""
+    from artigrasp.cli.warp_start import start_warp
     from artigrasp.export.usd import export_usd
     from artigrasp.motion.file import load_motion
 
+    start_warp()
     path = options.out or options.motion.with_suffix(".usdc")
     export_usd(load_motion(options.motion), path, rate=options.rate)
     if options.json:

@@ -1,6 +1,8 @@
 """Tests of `artigrasp export-usd`."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -43,3 +45,14 @@ def test_what_is_no_motion_is_refused(
         captured = capsys.readouterr()
         assert captured.out == "" and name in captured.err and captured.err.count("\n") == 1
     assert not exported and [path.name for path in tmp_path.iterdir()] == ["note.npz"]
+
+
+def test_only_results_are_seen(tmp_path: Path) -> None:
+    """Run as a program, the verb writes a USD file and says so; notes of the libraries stay away from both streams."""
+    save_motion(tmp_path / "motion.npz", example_motion())
+    program = "import sys; from artigrasp.cli import main; sys.exit(main())"
+    command = [sys.executable, "-c", program, "export-usd", "motion.npz", "--out", "motion.usda"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=True)
+    assert done.stdout == "wrote motion.usda\n"
+    assert not [line for line in done.stderr.splitlines() if not line.startswith("Compiling kernels")]
+    assert (tmp_path / "motion.usda").read_text().startswith("#usda")
