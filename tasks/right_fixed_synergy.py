@@ -1,9 +1,9 @@
 """Our own way to learn the first phase: one slow, low-dimensional decision on top of a prior that follows the hinge.
 
-White noise on 51 joints every 10 ms explores badly: the hand trembles and success while exploring drops to a fifth of
-what the bare prior reaches. Here the wrist follows the hinge toward the goal, the fingers close to the reference, and the
-policy decides twelve offsets once per episode: where the wrist sits on the part, how much the fingers and the thumb
-close, and how far ahead of the part the wrist runs. What is rewarded is the outcome.
+White noise on 51 joints every 10 ms explores badly: the hand trembles instead of trying something else. Here the wrist
+follows the hinge toward the goal, the fingers close to the reference, and the policy decides twelve offsets once per
+episode: where the wrist sits on the part, how much the fingers and the thumb close, and how far ahead of the part the
+wrist runs. What is rewarded is the outcome.
 """
 
 from artigrasp.config import ActionConfig, PPOConfig, ResetConfig, RewardConfig, SynergyConfig, TaskConfig
@@ -23,7 +23,9 @@ TASK = TaskConfig(
         close_start=30,
         close_end=70,
     ),
-    reset=ResetConfig(position_noise=0.005, angle_noise=0.02),
+    reset=ResetConfig(
+        position_noise=0.005, angle_noise=0.02, reference_position_noise=0.01, reference_rotation_noise=0.1
+    ),
     reward=RewardConfig(
         keypoint=0.0,
         fingertip=0.0,

@@ -16,15 +16,17 @@ from artigrasp.kernels.layout import FEATURE_COUNT
 
 
 class Controller(Protocol):
-    """What evaluation and generation drive.
+    """What evaluation and generation drive."""
 
-    Attributes:
-        name: Name in tables and files.
-        task: The task with the action space that :meth:`act` answers in.
-    """
+    @property
+    def name(self) -> str:
+        """Name in tables and files."""
+        ...
 
-    name: str
-    task: TaskConfig
+    @property
+    def task(self) -> TaskConfig:
+        """The task with the action space that :meth:`act` answers in."""
+        ...
 
     def act(self, features: NDArray[np.float32]) -> NDArray[np.float32]:
         """Decide.

@@ -2,7 +2,6 @@
 
 import importlib.metadata
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from artigrasp.arrays import check_array, check_poses, load_arrays, save_arrays
-from artigrasp.assets.library import find_asset
-from artigrasp.errors import UserError
+from artigrasp.assets.library import find_asset, list_assets
+from artigrasp.errors import UserError, unknown
 from artigrasp.kernels.layout import FINGER_DOF_COUNT, HANDS, LINK_COUNT, PARTS
 
 FORMAT, VERSION = "artigrasp.references", 1
@@ -81,12 +81,18 @@ class ReferenceSet:
     def __len__(self) -> int:
         return len(self.kind)
 
-    def select(self, *, split: str | None = None, kind: str | None = None, indices: ArrayLike | None = None) -> Self:
-        """The references of a split and a kind, in their order.
+    def select(
+        self,
+        *,
+        split: str | None = None,
+        kind: str | tuple[str, ...] | None = None,
+        indices: ArrayLike | None = None,
+    ) -> Self:
+        """The references of a split and of one or more kinds, in their order.
 
         Args:
             split: Only these; every split by default.
-            kind: Only these; every kind by default.
+            kind: Only this one or these; every kind by default.
             indices: Out of what then remains, these; all by default.
 
         Raises:
@@ -96,7 +102,7 @@ class ReferenceSet:
         if split is not None:
             rows = rows[self.split[rows] == split]
         if kind is not None:
-            rows = rows[self.kind[rows] == kind]
+            rows = rows[np.isin(self.kind[rows], kind)]
         chosen = f"{self.object}: references" + "".join(f" of {name!r}" for name in (split, kind) if name is not None)
         if not len(rows):
             counts = ", ".join(f"{s} {k}" for s, k in sorted(set(zip(self.split, self.kind, strict=True))))
@@ -116,6 +122,10 @@ def load_references(object_name: str) -> ReferenceSet:
     Raises:
         UserError: the object has none, or the file is malformed; names the file, the field and the index.
     """
+    if object_name not in (objects := list_assets("objects")):
+        raise unknown("object", object_name, objects)
+    if object_name not in (names := list_assets("references")):
+        raise UserError(f"object {object_name!r}: found no references; there are some of {', '.join(names) or 'none'}")
     return read_references(find_asset("references", object_name))
 
 

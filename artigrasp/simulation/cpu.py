@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from artigrasp.kernels import mujoco_state
 from artigrasp.simulation.mujoco_model import ModelLayout, compile_mujoco, model_layout
 from artigrasp.simulation.scene import Scene
-from artigrasp.simulation.state import SimulationState, allocate_state
+from artigrasp.simulation.state import allocate_state
 
 _CONTROL = (
     mujoco.mjtState.mjSTATE_QFRC_APPLIED.value

@@ -52,7 +52,7 @@ class HandVecEnv(VecEnv):
         # a copy: the environment overwrites its features while the learner still holds these
         return TensorDict({OBSERVATION_GROUP: self._feature_rows.clone()}, batch_size=self.rows)
 
-    def step(self, actions: torch.Tensor) -> tuple[TensorDict, torch.Tensor, torch.Tensor, dict]:
+    def step(self, actions: torch.Tensor) -> tuple[TensorDict, torch.Tensor, torch.Tensor, dict[str, torch.Tensor]]:
         """Hold an action for ``decision_interval`` control steps.
 
         Args:
@@ -99,4 +99,5 @@ class HandVecEnv(VecEnv):
         self.environment.reset(wp.from_torch(worlds.int()))
 
     def _as_rows(self, array: wp.array) -> torch.Tensor:
-        return wp.to_torch(array).reshape(self.rows, -1)
+        rows: torch.Tensor = wp.to_torch(array).reshape(self.rows, -1)
+        return rows

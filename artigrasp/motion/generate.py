@@ -1,0 +1,113 @@
+"""Generation: a controller plays one reference toward a target angle, and the motion is recorded."""
+
+import importlib.metadata
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from artigrasp.config import ActionConfig
+from artigrasp.controllers.controller import Controller
+from artigrasp.controllers.rollout import run_episode
+from artigrasp.environment.environment import Environment
+from artigrasp.environment.worlds import trial_worlds
+from artigrasp.kernels.layout import HANDS
+from artigrasp.motion.file import Motion, MotionReference
+from artigrasp.references.reference import ReferenceSet
+
+
+def generate(
+    controller: Controller,
+    references: ReferenceSet,
+    target_angle: float,
+    *,
+    seed: int = 0,
+    on_step: Callable[[int], None] = lambda step: None,
+) -> Motion:
+    """Simulate one episode and record it.
+
+    Args:
+        controller: What acts.
+        references: A set of exactly one reference, see :meth:`ReferenceSet.select`.
+        target_angle: Hinge angle to reach [rad].
+        seed: Seed of the environment; hands start without noise.
+        on_step: Called with the control steps done, for progress.
+
+    Returns:
+        One sample per control step and one for the start.
+    """
+    if len(references) != 1:
+        raise ValueError(f"references: expected exactly one, found {len(references)}")
+    worlds = trial_worlds([references], [target_angle])
+    environment = Environment(controller.task, [references], worlds, seed=seed, noise=False)
+    recorder = MotionRecorder(environment, world=0)
+
+    def record(step: int) -> None:
+        recorder.record(step)
+        on_step(step)
+
+    run_episode(environment, controller, record)
+    return recorder.motion(controller, seed)
+
+
+class MotionRecorder:
+    """Keeps the states of one world as they pass."""
+
+    def __init__(self, environment: Environment, world: int) -> None:
+        """Record ``world`` of ``environment``."""
+        self._environment, self._world = environment, world
+        self._steps: list[int] = []
+        self._samples: dict[str, list[NDArray[np.float32]]] = {
+            name: [] for name in ("joint_q", "object_pose", "hinge_angle", "contact_force")
+        }
+
+    def record(self, step: int) -> None:
+        """Take the present state as the sample of this control step."""
+        hands, objects = self._environment.state.hands, self._environment.state.objects
+        arrays = {
+            "joint_q": hands.joint_q,
+            "object_pose": objects.pose,
+            "hinge_angle": objects.hinge_q,
+            "contact_force": hands.contact_force,
+        }
+        self._steps.append(step)
+        for name, array in arrays.items():
+            self._samples[name].append(array.numpy()[self._world].copy())
+
+    def motion(self, controller: Controller, seed: int) -> Motion:
+        """The recorded motion with its reference, metrics and provenance."""
+        environment, world, task = self._environment, self._world, self._environment.task
+        reference = environment.references[environment.worlds.object_index[world]]
+        row = environment.reference_index.numpy()[world] - environment.worlds.first_reference.min()
+        sides = [HANDS.index(side) for side in task.hands]
+        summary = environment.episode_summary()
+        return Motion(
+            time=np.array(self._steps) * task.control_dt,
+            hands=task.hands,
+            hand=environment.hand_name,
+            object=reference.object,
+            hand_base=environment.state.hands.hand_base.numpy()[world],
+            phases=np.array([phase_name(task.action, step) for step in self._steps]),
+            target_angle=float(environment.goal.angle.numpy()[world]),
+            reference=MotionReference(
+                part=reference.part[row, sides].astype(np.int64),
+                wrist_pose_in_part=reference.wrist_pose_in_part[row, sides],
+                finger_angles=reference.finger_angles[row, sides],
+            ),
+            metrics={name: float(values[world]) for name, values in summary.items()},
+            provenance={
+                "task": task.name,
+                "controller": controller.name,
+                "reference": str(reference.source[row]),
+                "seed": str(seed),
+                **{name: importlib.metadata.version(name) for name in ("artigrasp", "newton", "mujoco", "warp-lang")},
+            },
+            **{name: np.stack(samples) for name, samples in self._samples.items()},
+        )
+
+
+def phase_name(action: ActionConfig, step: int) -> str:
+    """What a hand is doing at a control step: approach, grasp or articulate."""
+    if action.finger_prior == "current" or step >= action.lead_start:
+        return "articulate"
+    return "approach" if step < action.close_start else "grasp"
