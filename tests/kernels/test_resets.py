@@ -229,6 +229,27 @@ def test_goal_keypoints_are_the_references_kinematics(worlds: Worlds) -> None:
     np.testing.assert_allclose(worlds.goal.link_pose_in_part.numpy()[..., :3], origins, atol=1e-6)
 
 
+def test_references_are_drawn_from_a_neighbourhood(worlds: Worlds) -> None:
+    """Noise on the reference moves the goal, and the start with it, by a bounded shift and turn in the part's frame."""
+    noisy = Worlds(reference_position_noise=0.01, reference_rotation_noise=0.1).reset()
+    exact, found = (numpy_reference.frame(each.goal.wrist_pose_in_part.numpy()) for each in (worlds, noisy))
+    turn = numpy_reference.rotation_vector(found[0] @ np.swapaxes(exact[0], -1, -2))
+    for noise, bound in ((found[1] - exact[1], 0.01), (turn, 0.1)):
+        assert np.abs(noise).max() < bound + 1e-5
+        np.testing.assert_allclose(noise.std(), bound / np.sqrt(3.0), rtol=0.1)
+    keypoints = noisy.goal.keypoint_in_part.numpy()[..., 0, :]
+    np.testing.assert_array_equal(keypoints, noisy.goal.wrist_pose_in_part.numpy()[..., :3])
+    start = numpy_reference.compose(
+        numpy_reference.frame(noisy.hands.hand_base.numpy()),
+        numpy_reference.inverse(numpy_reference.frame(worlds.hands.hand_base.numpy())),
+    )
+    part = numpy_reference.compose(
+        worlds.reference_wrist(), numpy_reference.inverse(numpy_reference.frame(worlds.of_world("wrist_pose_in_part")))
+    )
+    turn_in_world = numpy_reference.turned(part[0], turn)
+    np.testing.assert_allclose(numpy_reference.rotation_vector(start[0]), turn_in_world, atol=1e-4)
+
+
 def test_effective_limits_contain_the_reference(worlds: Worlds) -> None:
     """The hand's limits, widened to 0.1 rad around the reference where that is outside; the wrist's as they are."""
     lower, upper = worlds.goal.lower.numpy(), worlds.goal.upper.numpy()
