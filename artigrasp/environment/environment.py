@@ -236,7 +236,7 @@ class Environment:
         hands = self.state.hands
         self._launch(
             torques.pd_torques,
-            hands.joint_q.shape,
+            (self.world_count, self.hand_count),
             [self.target, hands.joint_q, hands.joint_qd, self.stiffness, self.damping, self._effort],
             [self.simulation.joint_torque],
         )
