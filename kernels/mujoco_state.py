@@ -9,6 +9,10 @@ import warp as wp
 from .states import HandState, ObjectState
 
 
+START_TIME = wp.constant(wp.float64(1.0))
+"""Clock of a world after a reset [s]; MuJoCo's own resets set it to zero."""
+
+
 @wp.struct
 class StateLayout:
     """Columns of the state and control rows, see ``simulation.mujoco_model.ModelLayout``."""
@@ -74,7 +78,6 @@ def unpack_hands(
 @wp.kernel
 def unpack_object(
     state: wp.array2d[wp.float64],
-    previous_time: wp.array[wp.float64],
     layout: StateLayout,
     # outputs
     objects: ObjectState,
@@ -82,8 +85,8 @@ def unpack_object(
 ):
     """Object base pose and velocity (linear of the base origin, angular; world frame) and hinge angle.
 
-    MuJoCo resets a world whose acceleration is not finite, which shows as its clock running backwards: such a world
-    is marked in ``diverged``. A fixed base keeps the pose that was written last. Launched over [world].
+    MuJoCo resets a world whose state is not finite, which shows as a clock before `START_TIME`: such a world is
+    marked in ``diverged``. A fixed base keeps the pose that was written last. Launched over [world].
     """
     world = wp.tid()
     row = state[world]
@@ -96,9 +99,8 @@ def unpack_object(
             read_vector(row, layout.object_qvel),
             wp.quat_rotate(rotation, read_vector(row, layout.object_qvel + 3)),
         )
-    if row[0] <= previous_time[world]:
+    if not (row[0] >= START_TIME):
         diverged[world] = 1
-    previous_time[world] = row[0]
 
 
 @wp.kernel
@@ -137,16 +139,14 @@ def pack_state(
     # outputs
     state: wp.array2d[wp.float64],
     control: wp.array2d[wp.float64],
-    previous_time: wp.array[wp.float64],
 ):
-    """Write the masked worlds' arrays into MuJoCo's vectors and set their clocks to zero; launched over [world]."""
+    """Write the masked worlds' arrays into MuJoCo's vectors and set their clocks to `START_TIME`; launched over [world]."""
     world = wp.tid()
     if world_mask[world] == 0:
         return
     row = state[world]
     controls = control[world]
-    row[0] = wp.float64(0.0)
-    previous_time[world] = wp.float64(-1.0)
+    row[0] = START_TIME
     for hand in range(layout.hand_qpos.shape[0]):
         for dof in range(layout.hand_qpos.shape[1]):
             row[layout.hand_qpos[hand, dof]] = wp.float64(hands.joint_q[world, hand, dof])

@@ -40,7 +40,7 @@ class ArticulationOutcomes:
     max_displacement: NDArray[np.float64]
     final_displacement: NDArray[np.float64]
     max_tilt: NDArray[np.float64]
-    """Largest rotation of the base from its start [rad]."""
+    """Largest angle between the vertical and where the direction that was up at the start points [rad]."""
     diverged: NDArray[np.bool_]
     """Whether the physics failed; such a trial never counts as success."""
 

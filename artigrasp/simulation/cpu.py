@@ -1,5 +1,6 @@
 """The CPU backend: batched MuJoCo rollouts on all cores."""
 
+import logging
 import os
 from collections.abc import Callable, Sequence
 
@@ -13,6 +14,12 @@ from artigrasp.kernels import mujoco_state
 from artigrasp.simulation.mujoco_model import ModelLayout, compile_mujoco, model_layout
 from artigrasp.simulation.scene import Scene
 from artigrasp.simulation.state import allocate_state
+
+logger = logging.getLogger(__name__)
+
+# Without a handler MuJoCo writes its warnings to a file in whatever folder the user is in. Worlds that failed are
+# marked in the state, so a warning is only for those who debug.
+mujoco.set_mju_user_warning(logger.debug)
 
 _CONTROL = (
     mujoco.mjtState.mjSTATE_QFRC_APPLIED.value
@@ -70,7 +77,6 @@ class CpuSimulation:
         self.state = allocate_state(self.world_count, self.hand_count, self.device)
         self.joint_torque = wp.zeros_like(self.state.hands.joint_q)
         self._layout = _state_layout(layouts[0])
-        self._previous_time = wp.full(self.world_count, -1.0, dtype=wp.float64, device=self.device)
         self._views = [
             wp.array(a.reshape(self.world_count, -1), dtype=wp.float64, device=self.device, copy=False)
             for a in (self._state, self._control, self._sensor)
@@ -107,7 +113,7 @@ class CpuSimulation:
         wp.launch(
             mujoco_state.unpack_object,
             self.world_count,
-            inputs=[packed, self._previous_time, self._layout],
+            inputs=[packed, self._layout],
             outputs=[state.objects, state.diverged],
             device=self.device,
         )
@@ -127,7 +133,7 @@ class CpuSimulation:
             mujoco_state.pack_state,
             self.world_count,
             inputs=[world_mask, state.hands, state.objects, self._layout],
-            outputs=[packed, control, self._previous_time],
+            outputs=[packed, control],
             device=self.device,
         )
         self._warmstart[world_mask.numpy() != 0] = 0.0
