@@ -63,27 +63,19 @@ def run(options: Options) -> int:
         world_count=task.world_count if options.worlds is None else options.worlds,
     )
 
-    from artigrasp.references.reference import load_references
-
-    references = [load_references(name) for name in options.objects]
-
     start_warp()
 
     import torch
 
-    from artigrasp.environment.environment import Environment
-    from artigrasp.environment.worlds import training_worlds
+    from artigrasp.environment.make import make_environment
     from artigrasp.training.run_folder import CurvePoint, new_run_folder, read_curve, write_curve, write_run_description
     from artigrasp.training.runner import LATEST, IterationReport, Runner
     from artigrasp.training.vec_env import HandVecEnv
 
     # the physics owns the cores; a second pool of threads would only disturb it
     torch.set_num_threads(1)
-    chosen = [each.select(split=options.split, kind=task.kinds) for each in references]
     threads = options.threads or os.cpu_count() or 1
-    environment = Environment(
-        task, chosen, training_worlds(chosen, task.world_count), seed=options.seed, thread_count=threads
-    )
+    environment = make_environment(task, options.objects, split=options.split, seed=options.seed, thread_count=threads)
     folder = options.resume or new_run_folder(options.out, task)
     runner = Runner(HandVecEnv(environment), folder, options.seed)
     points = []
