@@ -1,7 +1,7 @@
 """The tasks that can be trained: one readable file each, pure typed data."""
 
 from artigrasp.config import TaskConfig
-from artigrasp.errors import UserError, nearest
+from artigrasp.errors import unknown
 from artigrasp.tasks import right_fixed, right_fixed_synergy
 
 TASKS: dict[str, TaskConfig] = {module.TASK.name: module.TASK for module in (right_fixed, right_fixed_synergy)}
@@ -14,8 +14,6 @@ def get_task(name: str) -> TaskConfig:
     Raises:
         UserError: There is none; the message suggests the nearest.
     """
-    if name in TASKS:
-        return TASKS[name]
-    suggestion = nearest(name, TASKS)
-    hint = f"did you mean {suggestion!r}?" if suggestion else f"expected one of {', '.join(TASKS)}"
-    raise UserError(f"unknown task {name!r}: {hint}")
+    if name not in TASKS:
+        raise unknown("task", name, TASKS)
+    return TASKS[name]

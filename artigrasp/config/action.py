@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from artigrasp.config.checks import FieldError, require_fraction, require_not_negative, require_positive
+from artigrasp.config.checks import FieldError, require_not_negative, require_positive
 
 
 @dataclass(frozen=True)
@@ -78,16 +78,25 @@ class ActionConfig:
     """Control step at which the finger prior "reference" begins to close."""
     close_end: int = 70
     """Control step at which it reaches the reference."""
-    open_fraction: float = 0.3
-    """Finger angles before closing, as a fraction of the reference's."""
 
     def __post_init__(self) -> None:
         require_not_negative(self, "hinge_lead", "lead_start", "approach_steps", "close_start")
-        require_fraction(self, "open_fraction")
         for name in ("close", "lead"):
             start, end = getattr(self, f"{name}_start"), getattr(self, f"{name}_end")
             if end < start:
                 raise FieldError.mismatch(f"{name}_end", f"at least {name}_start ({start})", end)
+        if self.terms:
+            slowest = max(self.terms, key=lambda name: self.terms[name].decision_interval)
+            interval, shortest = self.terms[slowest].decision_interval, self.decision_interval
+            if interval % shortest != 0:
+                expected = f"a multiple of the other term's ({shortest})"
+                raise FieldError.mismatch(f"{slowest}.decision_interval", expected, interval)
+
+    @property
+    def terms(self) -> dict[str, SynergyConfig | ResidualConfig]:
+        """The terms in use by their name, in the order of their columns in the action."""
+        terms = {"synergy": self.synergy, "residual": self.residual}
+        return {name: term for name, term in terms.items() if term is not None}
 
     @property
     def decision_interval(self) -> int:
@@ -96,7 +105,6 @@ class ActionConfig:
         Raises:
             FieldError: No term is in use, so that there is nothing to decide.
         """
-        intervals = [term.decision_interval for term in (self.synergy, self.residual) if term is not None]
-        if not intervals:
+        if not self.terms:
             raise FieldError("synergy", "expected a synergy or a residual term for a policy to decide, found neither")
-        return min(intervals)
+        return min(term.decision_interval for term in self.terms.values())

@@ -14,7 +14,7 @@ class ResetConfig:
     idle_distance: float = 0.30
     """The same for a hand that takes no part [m]."""
     open_fraction: float = 0.3
-    """Finger angles at the start, as a fraction of the reference's."""
+    """Finger angles at the start, and before the finger prior "reference" closes, as a fraction of the reference's."""
     position_noise: float = 0.02
     """Half width of the uniform noise on each coordinate of the wrist position [m]."""
     angle_noise: float = 0.05

@@ -53,6 +53,10 @@ class TaskConfig:
         if not self.name or not self.name.replace("-", "").isalnum() or self.name != self.name.lower():
             raise FieldError.mismatch("name", "lower case words joined by hyphens", self.name)
         require_positive(self, "episode_steps", "world_count", "iterations")
+        for name, term in self.action.terms.items():
+            if self.episode_steps % term.decision_interval != 0:
+                expected = f"a divisor of episode_steps ({self.episode_steps})"
+                raise FieldError.mismatch(f"action.{name}.decision_interval", expected, term.decision_interval)
         require_ordered_choice(self, "hands", get_args(Side))
         require_ordered_choice(self, "kinds", get_args(Kind))
 

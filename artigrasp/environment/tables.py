@@ -115,7 +115,7 @@ def object_mass(objects: Sequence[ObjectModel], worlds: WorldPlan, fixed_base: b
     return wp.array(counted[worlds.object_index].astype(np.float32), dtype=float, device=device)
 
 
-def action_settings(config: ActionConfig) -> actions.ActionSettings:
+def action_settings(config: ActionConfig, reset: ResetConfig) -> actions.ActionSettings:
     """Priors and scales; the scales of a term that is not in use are zero."""
     settings = actions.ActionSettings()
     settings.wrist_prior = {"reference": actions.WRIST_REFERENCE, "hinge": actions.WRIST_HINGE}[config.wrist_prior]
@@ -124,7 +124,7 @@ def action_settings(config: ActionConfig) -> actions.ActionSettings:
     ]
     settings.approach_steps = config.approach_steps
     settings.close_start, settings.close_end = config.close_start, config.close_end
-    settings.open_fraction = config.open_fraction
+    settings.open_fraction = reset.open_fraction
     settings.lead = config.hinge_lead
     settings.lead_start, settings.lead_end = config.lead_start, config.lead_end
     if config.synergy is not None:

@@ -78,7 +78,13 @@ def test_configs_are_frozen() -> None:
         (lambda: SynergyConfig(decision_interval=0), "decision_interval: expected a positive number, found 0"),
         (lambda: ResidualConfig(fingers=-0.1), "fingers: expected zero or a positive number, found -0.1"),
         (lambda: ActionConfig(close_start=9, close_end=8), "close_end: expected at least close_start (9), found 8"),
-        (lambda: ActionConfig(open_fraction=1.5), "open_fraction: expected a number between 0 and 1, found 1.5"),
+        (
+            lambda: ActionConfig(
+                synergy=SynergyConfig(decision_interval=300), residual=ResidualConfig(decision_interval=7)
+            ),
+            "synergy.decision_interval: expected a multiple of the other term's (7), found 300",
+        ),
+        (lambda: ResetConfig(open_fraction=1.5), "open_fraction: expected a number between 0 and 1, found 1.5"),
         (lambda: ResetConfig(goal_angle=(1.5, 0.5)), "goal_angle: expected 0 <= low <= high, found (1.5, 0.5)"),
         (lambda: RewardConfig(force=-1.0), "force: expected zero or a positive number, found -1.0"),
         (lambda: PPOConfig(gamma=1.1), "gamma: expected a number between 0 and 1, found 1.1"),
@@ -87,6 +93,10 @@ def test_configs_are_frozen() -> None:
         (lambda: task(hands=()), "hands: expected some of left, right, each once and in this order, found ()"),
         (lambda: task(hands=("right", "left")), "hands: expected some of left, right"),
         (lambda: task(kinds=("open",)), "kinds: expected some of articulate, grasp"),
+        (
+            lambda: task(episode_steps=20, action=ActionConfig(synergy=SynergyConfig())),
+            "action.synergy.decision_interval: expected a divisor of episode_steps (20), found 300",
+        ),
         (lambda: task(world_count=0), "world_count: expected a positive number, found 0"),
         (lambda: TaskConfig(name="Right Fixed", description=""), "name: expected lower case words joined by hyphens"),
     ],
