@@ -6,9 +6,10 @@ from .states import Goal, HandState, ObjectState, element_types
 
 wp.set_module_options({"enable_backward": False})
 
-FAILURES = ("not_finite", "runaway", "lost_object")
-"""Bits of `EpisodeMetrics.failure`: a state that is no number, joints or object too fast, object far from its start."""
-NOT_FINITE, RUNAWAY, LOST_OBJECT = (wp.constant(1 << bit) for bit in range(len(FAILURES)))
+FAILURES = ("not_finite", "runaway", "lost_object", "diverged")
+"""Bits of `EpisodeMetrics.failure`: a state that is no number, joints or object too fast, object far from its start,
+physics that gave up and began anew."""
+NOT_FINITE, RUNAWAY, LOST_OBJECT, DIVERGED = (wp.constant(1 << bit) for bit in range(len(FAILURES)))
 
 
 @wp.struct
@@ -17,6 +18,7 @@ class EpisodeMetrics:
 
     Attributes:
         step_count: int, control steps measured.
+        angle: hinge angle, now.
         displacement: distance of the base frame's origin from its start, now, m.
         displacement_max, displacement_mean: the same over the episode, m.
         tilt: angle between the base's start direction of up and up; turning about the vertical is no tilt.
@@ -30,6 +32,7 @@ class EpisodeMetrics:
     """
 
     step_count: wp.array[int]
+    angle: wp.array[float]
     displacement: wp.array[float]
     displacement_max: wp.array[float]
     displacement_mean: wp.array[float]
@@ -102,17 +105,22 @@ def failure_bits(
 
 
 @wp.kernel
-def reset_metrics(world_mask: wp.array[int], metrics: EpisodeMetrics):
-    """Forget the episodes of the masked worlds; launch with ``dim=W``.
+def reset_metrics(world_mask: wp.array[int], goal: Goal, metrics: EpisodeMetrics):
+    """Forget the episodes of the masked worlds; launch with ``dim=W`` after `reset_worlds`.
+
+    The hinge counts as measured at its start: that is what remains of an episode that fails at once.
 
     Args:
         world_mask: [W] int, 1 where an episode starts.
+        goal: see `states`.
         metrics: output.
     """
     world = wp.tid()
     if world_mask[world] == 0:
         return
+    angle_error = wp.abs(goal.angle[world] - goal.start_angle[world])
     metrics.step_count[world] = 0
+    metrics.angle[world] = goal.start_angle[world]
     metrics.displacement[world] = 0.0
     metrics.displacement_max[world] = 0.0
     metrics.displacement_mean[world] = 0.0
@@ -120,22 +128,29 @@ def reset_metrics(world_mask: wp.array[int], metrics: EpisodeMetrics):
     metrics.tilt_max[world] = 0.0
     metrics.angle_change[world] = 0.0
     metrics.angle_change_max[world] = 0.0
-    metrics.angle_error[world] = 0.0
-    metrics.angle_error_mean[world] = 0.0
+    metrics.angle_error[world] = angle_error
+    metrics.angle_error_mean[world] = angle_error
     metrics.opened[world] = 0
     metrics.failure[world] = 0
 
 
 @wp.kernel
 def update_metrics(
-    hand_state: HandState, object_state: ObjectState, goal: Goal, limits: MetricLimits, metrics: EpisodeMetrics
+    hand_state: HandState,
+    object_state: ObjectState,
+    goal: Goal,
+    diverged: wp.array[int],
+    limits: MetricLimits,
+    metrics: EpisodeMetrics,
 ):
     """Take in one control step; launch with ``dim=W``. Section "Metrics" of the paper.
 
-    A state that is not finite sets its bit and leaves the measurements as they were.
+    A state that is not finite or that diverged physics left behind sets its bit and leaves the measurements as they
+    were.
 
     Args:
         hand_state, object_state, goal: see `states`; the start is the goal's.
+        diverged: [W] int, 1 where the physics gave up in this episode.
         limits: thresholds.
         metrics: in and out.
     """
@@ -144,8 +159,10 @@ def update_metrics(
     pose = object_state.pose[world]
     displacement = wp.length(wp.transform_get_translation(pose) - wp.transform_get_translation(start))
     bits = failure_bits(hand_state, object_state, limits, displacement, world)
+    if diverged[world] != 0:
+        bits = bits | DIVERGED
     metrics.failure[world] = metrics.failure[world] | bits
-    if (bits & NOT_FINITE) != 0:
+    if (bits & (NOT_FINITE | DIVERGED)) != 0:
         return
 
     tilt = tilt_between(wp.transform_get_rotation(start), wp.transform_get_rotation(pose))
@@ -155,6 +172,7 @@ def update_metrics(
     step_count = metrics.step_count[world] + 1
     weight = 1.0 / float(step_count)
     metrics.step_count[world] = step_count
+    metrics.angle[world] = angle
     metrics.displacement[world] = displacement
     metrics.displacement_max[world] = wp.max(metrics.displacement_max[world], displacement)
     metrics.displacement_mean[world] = wp.lerp(metrics.displacement_mean[world], displacement, weight)

@@ -129,7 +129,7 @@ class Environment:
         )  # fmt: skip
         self.simulation.write_state(world_mask)
         self._forward_kinematics()
-        self._launch(metrics.reset_metrics, self.world_count, [world_mask], [self.metrics])
+        self._launch(metrics.reset_metrics, self.world_count, [world_mask, self.goal], [self.metrics])
 
     def step(self, action: wp.array) -> None:
         """Advance every world by one control step.
@@ -169,9 +169,12 @@ class Environment:
         return self.features
 
     def episode_summary(self) -> dict[str, NDArray[np.float64]]:
-        """What happened in every world since its reset, each of shape [world]; angles in rad, distances in m."""
+        """What happened in every world since its reset, each of shape [world]; angles in rad, distances in m.
+
+        Of a world whose physics diverged, it is what was measured before.
+        """
         measured = {
-            "final_angle": self.state.objects.hinge_q,
+            "final_angle": self.metrics.angle,
             "start_angle": self.goal.start_angle,
             "goal_angle": self.goal.angle,
             "angle_error": self.metrics.angle_error,
@@ -183,11 +186,16 @@ class Environment:
             "max_tilt": self.metrics.tilt_max,
         }
         summary = {name: array.numpy().astype(np.float64) for name, array in measured.items()}
-        failed = (self.metrics.failure.numpy() != 0) | (self.state.diverged.numpy() != 0)
-        summary["diverged"] = failed.astype(np.float64)
+        failed = self.metrics.failure.numpy() != 0
+        summary["failed"] = failed.astype(np.float64)
         opened = np.abs(summary["final_angle"] - summary["start_angle"]) > OPENED_ANGLE
         summary["success"] = (opened & ~failed).astype(np.float64)
         return summary
+
+    def reference_rows(self) -> NDArray[np.int64]:
+        """Row of every world's reference in the set of its object, shape [world]."""
+        first = np.cumsum([0, *(len(each) for each in self.references)])
+        return np.asarray(self.reference_index.numpy() - first[self.worlds.object_index])
 
     def _allocate(self, noise: bool) -> None:
         """The arrays and settings that kernels read and write."""
@@ -197,7 +205,7 @@ class Environment:
         self._object_model = tables.object_table(self.objects, self.worlds, device)
         self._references = tables.reference_table(self.references, task.hands, device)
         self._reset_settings = tables.reset_settings(task.reset, noise)
-        self._action_settings = tables.action_settings(task.action)
+        self._action_settings = tables.action_settings(task.action, task.reset)
         self._synergy_basis = tables.synergy_basis(task.action, task.hands, device)
         self._reward_weights = tables.reward_weights(task.reward)
         self._outcome_weights = tables.outcome_weights(task.reward)
@@ -273,7 +281,7 @@ class Environment:
         self._launch(
             metrics.update_metrics,
             self.world_count,
-            [self.state.hands, self.state.objects, self.goal, self._metric_limits],
+            [self.state.hands, self.state.objects, self.goal, self.state.diverged, self._metric_limits],
             [self.metrics],
         )
 

@@ -8,6 +8,7 @@ import warp as wp
 from scipy.spatial.transform import Rotation
 
 from artigrasp.kernels.metrics import (
+    DIVERGED,
     LOST_OBJECT,
     NOT_FINITE,
     RUNAWAY,
@@ -33,12 +34,15 @@ def limits() -> MetricLimits:
     return result
 
 
-def measure(metrics: EpisodeMetrics, *samples: Sample) -> dict[str, np.ndarray]:
+def measure(metrics: EpisodeMetrics, *samples: Sample, diverged: np.ndarray | None = None) -> dict[str, np.ndarray]:
     """Take in states one after the other; returns the measurements."""
+    flags = wp.array(np.zeros(WORLD_COUNT) if diverged is None else diverged, dtype=int)
     for sample in samples:
         device = to_device(sample)
         wp.launch(
-            update_metrics, dim=WORLD_COUNT, inputs=[device.hands, device.objects, device.goal, limits(), metrics]
+            update_metrics,
+            dim=WORLD_COUNT,
+            inputs=[device.hands, device.objects, device.goal, flags, limits(), metrics],
         )
     return {name: getattr(metrics, name).numpy().copy() for name in element_types(EpisodeMetrics)}
 
@@ -74,6 +78,7 @@ def test_measurements_agree_with_numpy(trajectory: list[Sample]) -> None:
     for name, values in {"displacement": displacement, "tilt": tilt, "angle_change": change}.items():
         np.testing.assert_allclose(result[name], values[-1], atol=1e-4)
         np.testing.assert_allclose(result[f"{name}_max"], values.max(0), atol=1e-4)
+    np.testing.assert_array_equal(result["angle"], trajectory[-1].hinge_q.astype(np.float32))
     np.testing.assert_allclose(result["displacement_mean"], displacement.mean(0), rtol=1e-5)
     np.testing.assert_allclose(result["angle_error"], error[-1], rtol=1e-4)
     np.testing.assert_allclose(result["angle_error_mean"], error.mean(0), rtol=1e-5)
@@ -93,13 +98,28 @@ def test_turning_on_the_spot_is_no_tilt(trajectory: list[Sample]) -> None:
 
 
 def test_masked_reset(trajectory: list[Sample]) -> None:
-    """Only the masked worlds forget their episode."""
+    """Only the masked worlds forget their episode; the hinge then counts as measured at its start."""
     metrics = episode_metrics(WORLD_COUNT)
     before = measure(metrics, *trajectory)
     mask = np.arange(WORLD_COUNT) % 2
-    wp.launch(reset_metrics, dim=WORLD_COUNT, inputs=[wp.array(mask, dtype=int), metrics])
+    goal = to_device(trajectory[0]).goal
+    wp.launch(reset_metrics, dim=WORLD_COUNT, inputs=[wp.array(mask, dtype=int), goal, metrics])
+    start, error = goal.start_angle.numpy(), np.abs(goal.angle.numpy() - goal.start_angle.numpy())
+    fresh = {"angle": start, "angle_error": error, "angle_error_mean": error}
     for name, values in before.items():
-        np.testing.assert_array_equal(getattr(metrics, name).numpy(), np.where(mask == 1, 0, values))
+        expected = np.where(mask == 1, fresh.get(name, 0), values)
+        np.testing.assert_array_equal(getattr(metrics, name).numpy(), expected)
+
+
+def test_diverged_physics(trajectory: list[Sample]) -> None:
+    """What a world shows after its physics gave up is no measurement."""
+    metrics = episode_metrics(WORLD_COUNT)
+    before = measure(metrics, *trajectory[:2])
+    diverged = np.arange(WORLD_COUNT) == 3
+    result = measure(metrics, trajectory[2], diverged=diverged)
+    np.testing.assert_array_equal(result["failure"], np.where(diverged, DIVERGED, 0))
+    assert all((values[3] == before[name][3]).all() for name, values in result.items() if name != "failure")
+    np.testing.assert_array_equal(result["step_count"], np.where(diverged, 2, 3))
 
 
 @pytest.mark.parametrize("name", ["joint_q", "joint_qd", "pose", "velocity", "hinge_q", "hinge_qd"])
