@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from artigrasp.config import to_dict
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.rollout import run_episode
 from artigrasp.environment.environment import OPENED_ANGLE, Environment
@@ -51,7 +52,7 @@ def evaluate_articulation(
         objects=environment.object_names,
         split=split,
         seed=seed,
-        settings=protocol_settings(controller),
+        settings=protocol_settings(environment),
         outcomes=read_outcomes(environment),
     )
 
@@ -59,11 +60,12 @@ def evaluate_articulation(
 def read_outcomes(environment: Environment) -> ArticulationOutcomes:
     """What happened in every world since its reset."""
     summary = environment.episode_summary()
-    index = environment.reference_index.numpy()
-    sources = np.concatenate([each.source for each in environment.references])
+    objects, rows = environment.worlds.object_index, environment.reference_rows()
+    sources = [environment.references[index].source[row] for index, row in zip(objects, rows, strict=True)]
     return ArticulationOutcomes(
-        object=np.array(environment.object_names)[environment.worlds.object_index],
-        reference=sources[index],
+        object=np.array(environment.object_names)[objects],
+        reference=rows,
+        source=np.array(sources),
         goal_angle=summary["goal_angle"],
         initial_angle=summary["start_angle"],
         final_angle=summary["final_angle"],
@@ -72,23 +74,18 @@ def read_outcomes(environment: Environment) -> ArticulationOutcomes:
         max_displacement=summary["max_displacement"],
         final_displacement=summary["final_displacement"],
         max_tilt=summary["max_tilt"],
-        diverged=summary["diverged"] > 0,
+        failed=summary["failed"] > 0,
     )
 
 
-def protocol_settings(controller: Controller) -> dict[str, object]:
-    """What the numbers depend on besides the controller: physics settings and package versions."""
-    task = controller.task
-    physics = task.physics
+def protocol_settings(environment: Environment) -> dict[str, object]:
+    """What the numbers depend on besides the controller: the scene, its physics and package versions."""
+    task = environment.task
     return {
+        "hand": environment.hand_name,
+        "hands": list(task.hands),
         "base": "fixed" if task.fixed_base else "free",
-        "hands": " and ".join(task.hands),
-        "steps": task.episode_steps,
-        "friction": physics.friction,
-        "cone": physics.cone,
-        "impratio": physics.impratio,
-        "solref": list(physics.solref),
-        "timestep": physics.timestep,
-        "substeps": physics.substeps,
+        "episode_steps": task.episode_steps,
+        **to_dict(task.physics),
         **{name: importlib.metadata.version(name) for name in ("newton", "mujoco", "warp-lang")},
     }

@@ -6,13 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from artigrasp.environment.environment import OPENED_ANGLE
 from artigrasp.evaluation.statistics import Estimate, estimate_mean, estimate_rate
 
 GOAL_ANGLES = (0.5, 0.75, 1.0, 1.25, 1.5)
 """Target angles of the articulation protocol [rad] (paper, supplement, Grasping and Articulation)."""
-
-OPENED_ANGLE = 0.3
-"""Angle that counts as articulated [rad] (paper, Metrics)."""
 
 RELEASED_ANGLE_LIMIT = 2.0
 RELEASED_DISPLACEMENT_LIMIT = 0.4
@@ -28,8 +26,10 @@ class ArticulationOutcomes:
     """What happened in each articulation trial; every array has the shape [trial]."""
 
     object: NDArray[np.str_]
-    reference: NDArray[np.str_]
-    """Provenance of the reference, which also groups the trials."""
+    reference: NDArray[np.int64]
+    """Index among the object's articulation references of the split, as `artigrasp generate --reference` counts."""
+    source: NDArray[np.str_]
+    """Where the reference came from."""
     goal_angle: NDArray[np.float64]
     initial_angle: NDArray[np.float64]
     final_angle: NDArray[np.float64]
@@ -41,13 +41,19 @@ class ArticulationOutcomes:
     final_displacement: NDArray[np.float64]
     max_tilt: NDArray[np.float64]
     """Largest angle between the vertical and where the direction that was up at the start points [rad]."""
-    diverged: NDArray[np.bool_]
-    """Whether the physics failed; such a trial never counts as success."""
+    failed: NDArray[np.bool_]
+    """Whether the physics failed; such a trial never counts as success, and its errors are those measured before."""
 
     @property
     def angle_error(self) -> NDArray[np.float64]:
         """|goal − final angle| [rad]."""
         return np.asarray(np.abs(self.goal_angle - self.final_angle))
+
+    @property
+    def groups(self) -> NDArray[np.int64]:
+        """Number of the object and reference that a trial shares with others."""
+        pairs = np.rec.fromarrays([self.object, self.reference])
+        return np.asarray(np.unique(pairs, return_inverse=True)[1])
 
     def select(self, mask: NDArray[np.bool_]) -> "ArticulationOutcomes":
         """The trials where the mask is true."""
@@ -56,7 +62,7 @@ class ArticulationOutcomes:
 
 def paper_success(outcomes: ArticulationOutcomes) -> NDArray[np.bool_]:
     """The final angle differs by more than 0.3 rad from the initial one (paper, Metrics)."""
-    return np.asarray((np.abs(outcomes.final_angle - outcomes.initial_angle) > OPENED_ANGLE) & ~outcomes.diverged)
+    return np.asarray((np.abs(outcomes.final_angle - outcomes.initial_angle) > OPENED_ANGLE) & ~outcomes.failed)
 
 
 def released_success(outcomes: ArticulationOutcomes) -> NDArray[np.bool_]:
@@ -80,7 +86,7 @@ PROTOCOLS: dict[str, Callable[[ArticulationOutcomes], NDArray[np.bool_]]] = {
 
 def measure_articulation(outcomes: ArticulationOutcomes) -> dict[str, dict[str, Estimate]]:
     """Suc.A, AAE [rad] and SD [m] in every protocol, over all trials, failed ones included."""
-    groups = outcomes.reference
+    groups = outcomes.groups
     errors = {
         "aae": estimate_mean(outcomes.angle_error, groups),
         "sd": estimate_mean(outcomes.mean_displacement, groups),

@@ -11,7 +11,7 @@ import matplotlib
 import numpy as np
 
 from artigrasp.evaluation.protocols import PROTOCOLS, ArticulationOutcomes, measure_articulation
-from artigrasp.evaluation.statistics import Estimate
+from artigrasp.evaluation.statistics import Estimate, estimate_mean
 from artigrasp.files import atomic_write
 
 METRICS_FORMAT, METRICS_VERSION = "artigrasp.metrics", 1
@@ -52,8 +52,8 @@ def metrics_dict(evaluation: Evaluation) -> dict[str, Any]:
         "split": evaluation.split,
         "seed": evaluation.seed,
         "trials": len(outcomes.goal_angle),
-        "references": len(np.unique(outcomes.reference)),
-        "diverged": int(outcomes.diverged.sum()),
+        "references": len(np.unique(outcomes.groups)),
+        "failed": int(outcomes.failed.sum()),
         "settings": dict(evaluation.settings),
         "protocols": _plain(measure_articulation(outcomes)),
         "per_object": {
@@ -69,12 +69,10 @@ def write_report(evaluations: Sequence[Evaluation], folder: Path) -> None:
     The first controller's ``metrics.json`` and ``trials.csv`` stand in the folder itself, those of the others in a
     subfolder named after the controller; ``metrics.md`` and ``success.png`` compare all of them.
     """
-    folder.mkdir(parents=True, exist_ok=True)
     for index, evaluation in enumerate(evaluations):
         place = folder if index == 0 else folder / evaluation.controller
-        place.mkdir(exist_ok=True)
         with atomic_write(place / "metrics.json") as path:
-            path.write_text(json.dumps(metrics_dict(evaluation), indent=2) + "\n", encoding="utf-8")
+            path.write_text(json.dumps(metrics_dict(evaluation), indent=2, allow_nan=False) + "\n", encoding="utf-8")
         _write_trials(evaluation.outcomes, place / "trials.csv")
     with atomic_write(folder / "metrics.md") as path:
         path.write_text(metrics_table(evaluations), encoding="utf-8")
@@ -86,26 +84,36 @@ def metrics_table(evaluations: Sequence[Evaluation]) -> str:
     first = evaluations[0]
     lines = [
         f"Articulation on {', '.join(first.objects)}, split {first.split}, seed {first.seed}: "
-        f"{len(first.outcomes.goal_angle)} trials of {len(np.unique(first.outcomes.reference))} references, "
+        f"{len(first.outcomes.goal_angle)} trials of {len(np.unique(first.outcomes.groups))} references, "
         "95 % intervals in brackets.",
         "",
-        "| controller | Suc.A paper | Suc.A released | Suc.A strict | AAE rad | SD m | diverged |",
+        "| controller | Suc.A paper | Suc.A released | Suc.A strict | AAE rad | SD m | failed |",
         "| --- | --- | --- | --- | --- | --- | --- |",
     ]
     for evaluation in evaluations:
         measured = measure_articulation(evaluation.outcomes)
         cells = [_cell(measured[name]["suc_a"]) for name in PROTOCOLS]
         cells += [_cell(measured["paper"][name]) for name in ("aae", "sd")]
-        lines.append(f"| {evaluation.controller} | {' | '.join(cells)} | {int(evaluation.outcomes.diverged.sum())} |")
+        lines.append(f"| {evaluation.controller} | {' | '.join(cells)} | {int(evaluation.outcomes.failed.sum())} |")
     for name, (success, error, distance) in PAPER_ARTICULATION.items():
         lines.append(f"| {name} | {success:.2f} | | | {error:.2f} | {distance:.2f} | |")
+    for evaluation in evaluations[1:]:
+        difference = estimate_mean(
+            PROTOCOLS["paper"](first.outcomes).astype(float) - PROTOCOLS["paper"](evaluation.outcomes),
+            first.outcomes.groups,
+        )
+        lines.append(
+            f"\nSuc.A (paper) of {first.controller} minus {evaluation.controller}, paired by reference: "
+            f"{_cell(difference)}."
+        )
     lines += ["", "The paper's rows are its Table 1: eight ARCTIC objects on a free base, another simulator."]
     settings = ", ".join(f"{key} {value}" for key, value in first.settings.items())
     return "\n".join([*lines, "", f"Settings: {settings}.", ""])
 
 
 def _cell(estimate: Estimate) -> str:
-    return f"{estimate.value:.3f} [{estimate.low:.3f}, {estimate.high:.3f}]"
+    interval = f" [{estimate.low:.3f}, {estimate.high:.3f}]" if estimate.low is not None else ""
+    return f"{estimate.value:.3f}{interval}"
 
 
 def _plain(protocols: dict[str, dict[str, Estimate]]) -> dict[str, Any]:

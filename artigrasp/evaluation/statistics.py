@@ -15,14 +15,14 @@ class Estimate:
 
     Attributes:
         value: The mean over all trials.
-        low: Lower end of the interval.
-        high: Upper end.
+        low: Lower end of the interval, None where there is too little to tell.
+        high: Upper end, likewise.
         trials: Number of trials.
     """
 
     value: float
-    low: float
-    high: float
+    low: float | None
+    high: float | None
     trials: int
 
 
@@ -45,7 +45,7 @@ def estimate_rate(successes: ArrayLike, groups: ArrayLike) -> Estimate:
 
 
 def estimate_mean(values: ArrayLike, groups: ArrayLike) -> Estimate:
-    """Mean with Student's interval over the means of the groups.
+    """Mean with Student's interval over the means of the groups; one group alone has no interval.
 
     Args:
         values: Measured values, shape [trial].
@@ -56,6 +56,6 @@ def estimate_mean(values: ArrayLike, groups: ArrayLike) -> Estimate:
     means = np.array([values[labels == label].mean() for label in np.unique(labels)])
     value, count = float(values.mean()), len(means)
     if count < 2:
-        return Estimate(value, value, value, len(values))
+        return Estimate(value, None, None, len(values))
     half = float(t.ppf(0.5 + CONFIDENCE / 2, count - 1) * means.std(ddof=1) / np.sqrt(count))
     return Estimate(value, value - half, value + half, len(values))

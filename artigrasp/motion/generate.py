@@ -2,8 +2,10 @@
 
 import importlib.metadata
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
+import warp as wp
 from numpy.typing import NDArray
 
 from artigrasp.config import ActionConfig
@@ -11,7 +13,6 @@ from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.rollout import run_episode
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.worlds import trial_worlds
-from artigrasp.kernels.layout import HANDS
 from artigrasp.motion.file import Motion, MotionReference
 from artigrasp.references.reference import ReferenceSet
 
@@ -72,38 +73,40 @@ class MotionRecorder:
         }
         self._steps.append(step)
         for name, array in arrays.items():
-            self._samples[name].append(array.numpy()[self._world].copy())
+            self._samples[name].append(self._read(array))
 
     def motion(self, controller: Controller, seed: int) -> Motion:
         """The recorded motion with its reference, metrics and provenance."""
         environment, world, task = self._environment, self._world, self._environment.task
         reference = environment.references[environment.worlds.object_index[world]]
-        row = environment.reference_index.numpy()[world] - environment.worlds.first_reference.min()
-        sides = [HANDS.index(side) for side in task.hands]
-        summary = environment.episode_summary()
+        goal, summary = environment.goal, environment.episode_summary()
         return Motion(
             time=np.array(self._steps) * task.control_dt,
             hands=task.hands,
             hand=environment.hand_name,
             object=reference.object,
-            hand_base=environment.state.hands.hand_base.numpy()[world],
+            hand_base=self._read(environment.state.hands.hand_base),
             phases=np.array([phase_name(task.action, step) for step in self._steps]),
-            target_angle=float(environment.goal.angle.numpy()[world]),
+            target_angle=float(self._read(goal.angle)),
             reference=MotionReference(
-                part=reference.part[row, sides].astype(np.int64),
-                wrist_pose_in_part=reference.wrist_pose_in_part[row, sides],
-                finger_angles=reference.finger_angles[row, sides],
+                part=self._read(goal.part),
+                wrist_pose_in_part=self._read(goal.wrist_pose_in_part),
+                finger_angles=self._read(goal.finger_angles),
             ),
             metrics={name: float(values[world]) for name, values in summary.items()},
             provenance={
                 "task": task.name,
                 "controller": controller.name,
-                "reference": str(reference.source[row]),
+                "reference": str(reference.source[environment.reference_rows()[world]]),
                 "seed": str(seed),
                 **{name: importlib.metadata.version(name) for name in ("artigrasp", "newton", "mujoco", "warp-lang")},
             },
             **{name: np.stack(samples) for name, samples in self._samples.items()},
         )
+
+    def _read(self, array: wp.array) -> NDArray[Any]:
+        # a copy: on the CPU the rows would go on changing with the environment's
+        return np.array(array.numpy()[self._world])
 
 
 def phase_name(action: ActionConfig, step: int) -> str:
