@@ -129,6 +129,14 @@ def _allocate(group: Any, shapes: Shapes, device: str | None, requires_grad: boo
     return instance
 
 
+def slice_worlds(group: Any, instance: Any, worlds: slice) -> Any:
+    """Some worlds of an instance of a struct whose arrays all start with [W]; the arrays are views."""
+    view = group()
+    for name in element_types(group):
+        setattr(view, name, getattr(instance, name)[worlds])
+    return view
+
+
 def hand_state(world_count: int, hand_count: int, device: str | None = None, requires_grad: bool = False) -> HandState:
     """Zeroed `HandState`; its base frames must be set before use."""
     hands = (world_count, hand_count)

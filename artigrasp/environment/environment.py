@@ -103,6 +103,7 @@ class Environment:
         self.device = self.simulation.device
         self.world_count, self.hand_count = worlds.world_count, len(self.hands)
         self._allocate(noise)
+        self._record_kernels()
 
     @property
     def action_count(self) -> int:
@@ -128,7 +129,7 @@ class Environment:
             [self.state.hands, self.state.objects, self.goal],
         )  # fmt: skip
         self.simulation.write_state(world_mask)
-        self._forward_kinematics()
+        self._forward_kinematics.launch()
         self._launch(metrics.reset_metrics, self.world_count, [world_mask, self.goal], [self.metrics])
 
     def step(self, action: wp.array) -> None:
@@ -141,31 +142,14 @@ class Environment:
         for term in self._terms:
             inputs = [action, self.step_count, term.first_column, term.decision_interval]
             self._launch(episodes.latch_actions, hands, inputs, [term.held])
-        self._launch(
-            actions.pd_targets,
-            hands,
-            [
-                self.state.hands, self.state.objects, self._object_model, self.goal, self._action_settings,
-                self._synergy_basis, self.step_count, self._synergy, self._residual,
-            ],
-            [self.target],
-        )  # fmt: skip
+        self._set_targets.launch()
         self.simulation.step(self._apply_torques)
-        self._launch(episodes.advance_steps, self.world_count, [], [self.step_count])
-        self._forward_kinematics()
-        self._measure()
+        for kernel in (self._count_step, self._forward_kinematics, *self._measure):
+            kernel.launch()
 
     def observe(self) -> wp.array:
         """Compute and return ``features`` of the present state."""
-        self._launch(
-            features.compute_features,
-            (self.world_count, self.hand_count),
-            [
-                self.state.hands, self.state.objects, self._object_model, self.goal,
-                int(self.task.include_hinge_features),
-            ],
-            [self.features],
-        )  # fmt: skip
+        self._compute_features.launch()
         return self.features
 
     def episode_summary(self) -> dict[str, NDArray[np.float64]]:
@@ -240,50 +224,60 @@ class Environment:
         self._outcome_terms = wp.zeros((worlds, hands, len(outcomes.OUTCOME_TERMS)), dtype=float, device=device)
         self.reward_terms = ((rewards.TERMS, self._paper_terms), (outcomes.OUTCOME_TERMS, self._outcome_terms))
 
-    def _apply_torques(self) -> None:
-        hands = self.state.hands
-        self._launch(
-            torques.pd_torques,
-            (self.world_count, self.hand_count),
-            [self.target, hands.joint_q, hands.joint_qd, self.stiffness, self.damping, self._effort],
-            [self.simulation.joint_torque],
-        )
-
-    def _forward_kinematics(self) -> None:
-        self._launch(
-            kinematics.forward_kinematics,
-            (self.world_count, self.hand_count),
-            [self.state.hands, self._hand_model],
-            [],
-        )
-
-    def _measure(self) -> None:
-        """Rewards and metrics of the control step that was just simulated."""
-        self._launch(
-            rewards.compute_rewards,
-            (self.world_count, self.hand_count),
+    def _record_kernels(self) -> None:
+        """The launches of every control step, whose arguments stay the same: packing them anew would take longer."""
+        hands, objects, goal = self.state.hands, self.state.objects, self.goal
+        every_hand = (self.world_count, self.hand_count)
+        self._set_targets = self._record(
+            actions.pd_targets,
+            every_hand,
             [
-                self.state.hands, self.state.objects, self._object_model, self.goal, self._reward_weights,
-                self._object_mass,
+                hands, objects, self._object_model, goal, self._action_settings, self._synergy_basis,
+                self.step_count, self._synergy, self._residual, self.target,
             ],
-            [self._paper_terms, self.reward],
         )  # fmt: skip
-        if self._outcome_weights is not None:
-            self._launch(
-                outcomes.add_outcome_reward,
-                (self.world_count, self.hand_count),
+        self._torques = {
+            rows.start: self._record(
+                torques.pd_torques,
+                (rows.stop - rows.start, self.hand_count),
                 [
-                    self.state.objects, self.goal, self.step_count, self.task.episode_steps, OPENED_ANGLE,
-                    self._outcome_weights,
+                    self.target[rows], hands.joint_q[rows], hands.joint_qd[rows], self.stiffness[rows],
+                    self.damping[rows], self._effort, self.simulation.joint_torque[rows],
                 ],
-                [self._outcome_terms, self.reward],
-            )  # fmt: skip
-        self._launch(
-            metrics.update_metrics,
-            self.world_count,
-            [self.state.hands, self.state.objects, self.goal, self.state.diverged, self._metric_limits],
-            [self.metrics],
+            )
+            for rows in self.simulation.torque_rows
+        }  # fmt: skip
+        self._count_step = self._record(episodes.advance_steps, self.world_count, [self.step_count])
+        self._forward_kinematics = self._record(kinematics.forward_kinematics, every_hand, [hands, self._hand_model])
+        self._measure = [
+            self._record(
+                rewards.compute_rewards,
+                every_hand,
+                [
+                    hands, objects, self._object_model, goal, self._reward_weights, self._object_mass,
+                    self._paper_terms, self.reward,
+                ],
+            )
+        ]  # fmt: skip
+        if self._outcome_weights is not None:
+            outcome = [
+                objects, goal, self.step_count, self.task.episode_steps, OPENED_ANGLE, self._outcome_weights,
+                self._outcome_terms, self.reward,
+            ]  # fmt: skip
+            self._measure.append(self._record(outcomes.add_outcome_reward, every_hand, outcome))
+        measured = [hands, objects, goal, self.state.diverged, self._metric_limits, self.metrics]
+        self._measure.append(self._record(metrics.update_metrics, self.world_count, measured))
+        self._compute_features = self._record(
+            features.compute_features,
+            every_hand,
+            [hands, objects, self._object_model, goal, int(self.task.include_hinge_features), self.features],
         )
+
+    def _apply_torques(self, rows: slice) -> None:
+        self._torques[rows.start].launch()
+
+    def _record(self, kernel: wp.Kernel, dim: int | tuple[int, ...], arguments: list[Any]) -> wp.Launch:
+        return wp.launch(kernel, dim, inputs=arguments, device=self.device, record_cmd=True)
 
     def _launch(self, kernel: wp.Kernel, dim: int | tuple[int, ...], inputs: list[Any], outputs: list[Any]) -> None:
         wp.launch(kernel, dim, inputs=inputs, outputs=outputs, device=self.device)

@@ -1,19 +1,19 @@
-"""The CPU backend: batched MuJoCo rollouts on all cores."""
+"""The CPU backend: MuJoCo steps blocks of worlds on all cores."""
 
 import logging
 import os
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import mujoco
 import numpy as np
 import warp as wp
-from mujoco.rollout import Rollout
-from numpy.typing import NDArray
 
 from artigrasp.kernels import mujoco_state
 from artigrasp.simulation.mujoco_model import ModelLayout, compile_mujoco, model_layout
 from artigrasp.simulation.scene import Scene
 from artigrasp.simulation.state import allocate_state
+from artigrasp.simulation.world_block import CONTROL, PackedWorlds, WorldBlock, split_worlds
 
 logger = logging.getLogger(__name__)
 
@@ -21,11 +21,8 @@ logger = logging.getLogger(__name__)
 # marked in the state, so a warning is only for those who debug.
 mujoco.set_mju_user_warning(logger.debug)
 
-_CONTROL = (
-    mujoco.mjtState.mjSTATE_QFRC_APPLIED.value
-    | mujoco.mjtState.mjSTATE_MOCAP_POS.value
-    | mujoco.mjtState.mjSTATE_MOCAP_QUAT.value
-)
+_BLOCKS_PER_THREAD = 2
+"""More would balance the load better, and launch more kernels."""
 
 
 class CpuSimulation:
@@ -35,6 +32,9 @@ class CpuSimulation:
         state: The batched state; write into it and call :meth:`write_state` to reset worlds.
         joint_torque: Joint torques [N, N·m] that the next substep applies, float32, shape [world, hand, 51].
         models: The compiled model of every scene.
+        scene_rows: The worlds of every scene.
+        torque_rows: Ranges of worlds that :meth:`step` asks torques for.
+        packed: State, control, sensors and solver start of every world as MuJoCo keeps them.
     """
 
     device = "cpu"
@@ -45,7 +45,7 @@ class CpuSimulation:
         Args:
             scenes: Scenes with the same hands, base kind and physics; only the object may differ.
             world_counts: Worlds of each scene.
-            thread_count: Threads that step the physics, all cores by default.
+            thread_count: Threads that step the worlds, all cores by default.
         """
         self.scenes = tuple(scenes)
         self.models = [compile_mujoco(scene) for scene in scenes]
@@ -53,110 +53,60 @@ class CpuSimulation:
         self.world_count = sum(world_counts)
         self.hand_count = len(scenes[0].hands)
         self.substeps = scenes[0].physics.substeps
-        thread_count = thread_count or os.cpu_count() or 1
-        self._rollout = Rollout(nthread=thread_count)
-        self._data = [[mujoco.MjData(model) for _ in range(thread_count)] for model in self.models]
-        ends = np.cumsum(world_counts)
-        self._slices = [slice(int(end) - count, int(end)) for end, count in zip(ends, world_counts, strict=True)]
+        self.thread_count = thread_count or os.cpu_count() or 1
+        ends = np.cumsum(world_counts).tolist()
+        self.scene_rows = [slice(end - count, end) for end, count in zip(ends, world_counts, strict=True)]
 
         model = self.models[0]
-        state_size = mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS.value)
-        control_size = mujoco.mj_stateSize(model, _CONTROL)
-        self._state = np.zeros((self.world_count, state_size))
-        self._next_state = np.zeros((self.world_count, 1, state_size))
-        self._control = np.zeros((self.world_count, 1, control_size))
-        self._sensor = np.zeros((self.world_count, 1, model.nsensordata))
-        self._warmstart = np.zeros((self.world_count, model.nv))
-        self._qvel = slice(1 + model.nq, 1 + model.nq + model.nv)
-        self._timestep = model.opt.timestep
-        for rows, compiled in zip(self._slices, self.models, strict=True):
-            data = mujoco.MjData(compiled)
-            mujoco.mj_getState(compiled, data, self._state[rows.start], mujoco.mjtState.mjSTATE_FULLPHYSICS.value)
-            self._state[rows] = self._state[rows.start]
+        full_physics = mujoco.mjtState.mjSTATE_FULLPHYSICS.value
+        self.packed = PackedWorlds(
+            state=np.zeros((self.world_count, mujoco.mj_stateSize(model, full_physics))),
+            control=np.zeros((self.world_count, mujoco.mj_stateSize(model, CONTROL))),
+            sensor=np.zeros((self.world_count, model.nsensordata)),
+            warmstart=np.zeros((self.world_count, model.nv)),
+        )
+        for rows, compiled in zip(self.scene_rows, self.models, strict=True):
+            initial = np.empty(self.packed.state.shape[1])
+            mujoco.mj_getState(compiled, mujoco.MjData(compiled), initial, full_physics)
+            self.packed.state[rows] = initial
 
         self.state = allocate_state(self.world_count, self.hand_count, self.device)
         self.joint_torque = wp.zeros_like(self.state.hands.joint_q)
         self._layout = _state_layout(layouts[0])
-        self._views = [
-            wp.array(a.reshape(self.world_count, -1), dtype=wp.float64, device=self.device, copy=False)
-            for a in (self._state, self._control, self._sensor)
+        self._state_rows, self._control_rows = (
+            wp.array(each, dtype=wp.float64, device=self.device, copy=False)
+            for each in (self.packed.state, self.packed.control)
+        )
+        self._blocks = [
+            WorldBlock(
+                self.models[scene], rows, self.packed, self.state, self.joint_torque, self._layout, self.substeps
+            )
+            for scene, rows in split_worlds(world_counts, _BLOCKS_PER_THREAD * self.thread_count)
         ]
+        self.torque_rows = tuple(block.rows for block in self._blocks)
+        self._threads = ThreadPoolExecutor(self.thread_count, thread_name_prefix="physics")
 
-    def step(self, apply_torques: Callable[[], None]) -> None:
+    def step(self, apply_torques: Callable[[slice], None]) -> None:
         """Advance every world by one control step.
 
         Args:
-            apply_torques: Called before every substep; fills ``joint_torque`` from ``state``.
+            apply_torques: Called before every substep with one of ``torque_rows``; fills ``joint_torque`` of these
+                worlds from ``state``. Calls for different worlds come from different threads at the same time.
         """
-        state, (packed, control, sensor) = self.state, self._views
-        hands = (self.world_count, self.hand_count)
-        for substep in range(self.substeps):
-            apply_torques()
-            wp.launch(
-                mujoco_state.pack_torques, hands, inputs=[self.joint_torque, self._layout, control], device=self.device
-            )
-            self._advance(self._control, self._next_state, self._sensor)
-            wp.launch(
-                mujoco_state.unpack_hands,
-                hands,
-                inputs=[packed, self._layout],
-                outputs=[state.hands],
-                device=self.device,
-            )
-            wp.launch(
-                mujoco_state.accumulate_contact_force,
-                hands,
-                inputs=[sensor, self._layout, 1.0 / self.substeps, int(substep == 0)],
-                outputs=[state.hands],
-                device=self.device,
-            )
-        wp.launch(
-            mujoco_state.unpack_object,
-            self.world_count,
-            inputs=[packed, self._layout],
-            outputs=[state.objects, state.diverged],
-            device=self.device,
-        )
-
-    def step_bare(self) -> None:
-        """The bare physics of one control step: a single call with held torques (what `bench` divides by)."""
-        shape = (self.world_count, self.substeps)
-        control = np.repeat(self._control, self.substeps, axis=1)
-        state = np.empty((*shape, self._state.shape[1]))
-        sensor = np.empty((*shape, self._sensor.shape[2]))
-        self._advance(control, state, sensor)
+        # map() raises what a block raised
+        for _ in self._threads.map(lambda block: block.step(apply_torques), self._blocks):
+            pass
 
     def write_state(self, world_mask: wp.array) -> None:
         """Push ``state`` into the physics for the worlds whose mask (int, shape [world]) is not zero."""
-        state, (packed, control, _) = self.state, self._views
         wp.launch(
             mujoco_state.pack_state,
             self.world_count,
-            inputs=[world_mask, state.hands, state.objects, self._layout],
-            outputs=[packed, control],
+            inputs=[world_mask, self.state.hands, self.state.objects, self._layout],
+            outputs=[self._state_rows, self._control_rows],
             device=self.device,
         )
-        self._warmstart[world_mask.numpy() != 0] = 0.0
-
-    def _advance(self, control: NDArray[np.float64], state: NDArray[np.float64], sensor: NDArray[np.float64]) -> None:
-        step_count = control.shape[1]
-        for rows, model, data in zip(self._slices, self.models, self._data, strict=True):
-            self._rollout.rollout(
-                [model] * (rows.stop - rows.start),
-                data,
-                self._state[rows],
-                control[rows],
-                control_spec=_CONTROL,
-                skip_checks=True,
-                nstep=step_count,
-                initial_warmstart=self._warmstart[rows],
-                state=state[rows],
-                sensordata=sensor[rows],
-            )
-        # rollout keeps no warm start between calls; the velocity change is a close guess of the acceleration
-        np.subtract(state[:, -1, self._qvel], self._state[:, self._qvel], out=self._warmstart)
-        self._warmstart /= self._timestep * step_count
-        self._state[:] = state[:, -1]
+        self.packed.warmstart[world_mask.numpy() != 0] = 0.0
 
 
 def _state_layout(layout: ModelLayout) -> mujoco_state.StateLayout:

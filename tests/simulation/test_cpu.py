@@ -104,7 +104,7 @@ def test_a_control_step_is_four_mujoco_steps(simulation: CpuSimulation) -> None:
     worlds = [plain_mujoco(simulation, world) for world in range(WORLDS)]
     layout = model_layout(simulation.models[0], simulation.scenes[0])
     simulation.joint_torque.assign(torque)
-    simulation.step(lambda: None)
+    simulation.step(lambda rows: None)
     state = simulation.state
     touched = 0
     for world, (model, data) in enumerate(worlds):
@@ -149,7 +149,7 @@ def test_contact_force_acts_on_the_right_link() -> None:
     state.hands.hand_base.assign(base[None, None])
     state.hands.joint_q.assign(joint_q[None, None])
     simulation.write_state(everyone)
-    simulation.step(lambda: None)
+    simulation.step(lambda rows: None)
     force = np.linalg.norm(state.hands.contact_force.numpy()[0, 0], axis=-1)
     link = LINKS.index(body.removeprefix(f"{hand.side}_"))
     assert force[link, 1] > 0.0
@@ -170,28 +170,28 @@ def _lowest(model: mujoco.MjModel, data: mujoco.MjData, geom: int, side: str) ->
 def test_writing_some_worlds_leaves_the_others_alone(simulation: CpuSimulation) -> None:
     """A masked write resets just its worlds: the others go on bit for bit as they would have."""
     copy = CpuSimulation(simulation.scenes, [WORLDS])
-    copy._state[:] = simulation._state
-    copy._control[:] = simulation._control
+    copy.packed.state[:] = simulation.packed.state
+    copy.packed.control[:] = simulation.packed.control
     for each in (simulation, copy):
-        each.step(lambda: None)
+        each.step(lambda rows: None)
     simulation.state.hands.joint_q.zero_()
     mask = np.array([1, 0, 0, 1, 0])
     simulation.write_state(wp.array(mask, dtype=int, device="cpu"))
     for each in (simulation, copy):
-        each.step(lambda: None)
+        each.step(lambda rows: None)
     kept = mask == 0
-    np.testing.assert_array_equal(simulation._state[kept], copy._state[kept])
-    assert (simulation._state[~kept, 0] < copy._state[~kept, 0]).all()
+    np.testing.assert_array_equal(simulation.packed.state[kept], copy.packed.state[kept])
+    assert (simulation.packed.state[~kept, 0] < copy.packed.state[~kept, 0]).all()
 
 
 def test_failed_physics_is_marked() -> None:
     """A world that MuJoCo had to reset is marked, whatever its neighbours do."""
     simulation = CpuSimulation([open_scene(True)], [2])
     simulation.write_state(wp.full(2, 1, dtype=int, device="cpu"))
-    simulation.step(lambda: None)
+    simulation.step(lambda rows: None)
     speed = simulation.state.hands.joint_qd.numpy().copy()
     speed[1] = np.nan
     simulation.state.hands.joint_qd.assign(speed)
     simulation.write_state(wp.array([0, 1], dtype=int, device="cpu"))
-    simulation.step(lambda: None)
+    simulation.step(lambda rows: None)
     assert simulation.state.diverged.numpy().tolist() == [0, 1]

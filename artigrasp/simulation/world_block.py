@@ -1,0 +1,161 @@
+"""A share of the worlds of the CPU backend, which one thread takes through a control step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+import warp as wp
+from mujoco.rollout import Rollout
+from numpy.typing import NDArray
+
+from artigrasp.kernels import mujoco_state, states
+from artigrasp.simulation.state import SimulationState
+
+CONTROL = (
+    mujoco.mjtState.mjSTATE_QFRC_APPLIED.value
+    | mujoco.mjtState.mjSTATE_MOCAP_POS.value
+    | mujoco.mjtState.mjSTATE_MOCAP_QUAT.value
+)
+"""What a control row holds."""
+
+
+@dataclass(frozen=True)
+class PackedWorlds:
+    """MuJoCo's own vectors, one row per world, float64."""
+
+    state: NDArray[np.float64]
+    """FULLPHYSICS state: time, qpos, qvel."""
+    control: NDArray[np.float64]
+    """Generalised forces, mocap positions, mocap quaternions."""
+    sensor: NDArray[np.float64]
+    """Sensor readings of the last substep."""
+    warmstart: NDArray[np.float64]
+    """Accelerations from which the constraint solver starts."""
+
+    def rows(self, rows: slice) -> PackedWorlds:
+        """Views of some worlds."""
+        return PackedWorlds(self.state[rows], self.control[rows], self.sensor[rows], self.warmstart[rows])
+
+
+class WorldBlock:
+    """Consecutive worlds of one scene.
+
+    A block goes through all substeps of a control step without waiting for others, kernels included, so that threads
+    meet once per control step. Blocks share no rows, so they may be stepped at the same time. Kernels that are launched
+    by several threads must not use Warp's tiles, whose storage all threads share.
+
+    Attributes:
+        rows: Its worlds.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        rows: slice,
+        packed: PackedWorlds,
+        state: SimulationState,
+        joint_torque: wp.array,
+        layout: mujoco_state.StateLayout,
+        substeps: int,
+    ) -> None:
+        """Record the launches of the block's kernels.
+
+        Args:
+            model: The compiled scene.
+            rows: The block's worlds.
+            packed: Vectors of all worlds.
+            state: State of all worlds.
+            joint_torque: Torques of all worlds, [W, H, 51].
+            layout: Columns of the packed vectors.
+            substeps: Simulation steps per control step.
+        """
+        self.rows = rows
+        self._substeps = substeps
+        self._packed = packed = packed.rows(rows)
+        self._next_state = np.empty_like(packed.state)
+        velocity = slice(1 + model.nq, 1 + model.nq + model.nv)
+        self._velocity, self._next_velocity = packed.state[:, velocity], self._next_state[:, velocity]
+        # The implicit integrator takes the joints' damping at the end of the step, so that velocities change by less than
+        # acceleration times timestep: by this factor where the inertia matrix is diagonal, as it nearly is here.
+        self._acceleration_per_velocity_change = 1.0 / model.opt.timestep + model.dof_damping / model.dof_M0
+        self._models = [model] * len(packed.state)
+        self._data = [mujoco.MjData(model)]
+        self._rollout = Rollout(nthread=0)
+
+        hands = states.slice_worlds(states.HandState, state.hands, rows)
+        objects = states.slice_worlds(states.ObjectState, state.objects, rows)
+        mujoco_rows, control, sensor = (
+            wp.array(each, dtype=wp.float64, device="cpu", copy=False)
+            for each in (packed.state, packed.control, packed.sensor)
+        )
+        weight = 1.0 / substeps
+        shape = hands.joint_q.shape[:2]
+        self._pack_torques = _record(mujoco_state.pack_torques, shape, [joint_torque[rows], layout, control])
+        self._unpack_hands = _record(mujoco_state.unpack_hands, shape, [mujoco_rows, layout, hands])
+        self._first_force, self._further_force = (
+            _record(mujoco_state.accumulate_contact_force, shape, [sensor, layout, weight, first, hands])
+            for first in (1, 0)
+        )
+        self._unpack_object = _record(
+            mujoco_state.unpack_object, shape[:1], [mujoco_rows, layout, objects, state.diverged[rows]]
+        )
+
+    def step(self, apply_torques: Callable[[slice], None]) -> None:
+        """Advance the block by one control step; see :meth:`CpuSimulation.step`."""
+        for substep in range(self._substeps):
+            apply_torques(self.rows)
+            self._pack_torques.launch()
+            self._advance()
+            self._unpack_hands.launch()
+            (self._first_force if substep == 0 else self._further_force).launch()
+        self._unpack_object.launch()
+
+    def _advance(self) -> None:
+        """One simulation step."""
+        packed = self._packed
+        self._rollout.rollout(
+            self._models,
+            self._data,
+            packed.state,
+            packed.control,
+            control_spec=CONTROL,
+            skip_checks=True,
+            nstep=1,
+            initial_warmstart=packed.warmstart,
+            state=self._next_state,
+            sensordata=packed.sensor,
+        )
+        # rollout does not tell the accelerations it ended with, from which the next call should start
+        np.subtract(self._next_velocity, self._velocity, out=packed.warmstart)
+        np.multiply(packed.warmstart, self._acceleration_per_velocity_change, out=packed.warmstart)
+        packed.state[:] = self._next_state
+
+
+def split_worlds(world_counts: Sequence[int], block_count: int) -> list[tuple[int, slice]]:
+    """Share worlds out in blocks of about equal size, none of which has worlds of two scenes.
+
+    Args:
+        world_counts: Worlds of each scene, one scene after the other.
+        block_count: Blocks wanted; more where scenes are many or their worlds do not divide.
+
+    Returns:
+        Scene and worlds of each block.
+    """
+    size = max(1, -(-sum(world_counts) // block_count))
+    blocks: list[tuple[int, slice]] = []
+    start = 0
+    for scene, count in enumerate(world_counts):
+        pieces = -(-count // size)
+        for piece in range(pieces):
+            blocks.append((scene, slice(start + count * piece // pieces, start + count * (piece + 1) // pieces)))
+        start += count
+    return blocks
+
+
+def _record(kernel: Any, dim: tuple[int, ...], arguments: list[Any]) -> Any:
+    """A launch whose arguments are packed once: that takes longer than these kernels run."""
+    return wp.launch(kernel, dim, inputs=arguments, device="cpu", record_cmd=True)
