@@ -44,25 +44,23 @@ class ModelLayout:
 def compile_mujoco(scene: Scene) -> mujoco.MjModel:
     """Compile a scene through Newton into a MuJoCo model with one net-contact-force sensor per link and part.
 
-    Newton's compiled model carries no sensors, so its MJCF is read back, completed and compiled again. Hand joint
-    limits are dropped there: PD targets are clipped to the effective limits of each world instead, which lets one
-    model serve references that exceed the asset's limits.
+    Newton's compiled model carries no sensors, so its MJCF is read back, completed and compiled again.
     """
     spec = mujoco.MjSpec.from_string(newton_mjcf(scene))
     spec.option.timestep = scene.physics.timestep
     for hand in scene.hands:
         for link in LINKS:
             for joint in spec.body(f"{hand.side}_{link}").joints:
-                joint.limited = mujoco.mjtLimited.mjLIMITED_FALSE
                 joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
             for part in PARTS:
                 sensor = spec.add_sensor(
                     name=f"{hand.side}_{link}_{part}",
                     type=mujoco.mjtSensor.mjSENS_CONTACT,
                     objtype=mujoco.mjtObj.mjOBJ_BODY,
-                    objname=f"{hand.side}_{link}",
+                    # the force acts on the second body, which is ours
+                    objname=f"object_{part}",
                     reftype=mujoco.mjtObj.mjOBJ_BODY,
-                    refname=f"object_{part}",
+                    refname=f"{hand.side}_{link}",
                 )
                 sensor.intprm = [1 << mujoco.mjtConDataField.mjCONDATA_FORCE.value, _NET_FORCE, 1]
     return spec.compile()

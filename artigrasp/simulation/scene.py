@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import newton
 import numpy as np
+import warp as wp
 from newton.solvers import SolverMuJoCo
 
 from artigrasp.assets.hand import HandModel
@@ -22,6 +24,12 @@ HAND_BASE = "base"
 SUPPORT = "table"
 _HAND_COLLISION_GROUP = {"left": -2, "right": -1}
 _OBJECT_COLLISION_GROUP = 1
+_UNLIMITED = 1e10
+"""Joint limit from which on Newton makes no constraint of it."""
+_LIMIT_SOLREF = (0.02, 1.0)
+"""Time constant [s] and damping ratio of the hinge's stop: MuJoCo's defaults."""
+_RAW_SOLREF = 1
+"""Newton's mode in which it takes the stop's solref as given; its own gains would be lost on the way through MJCF."""
 
 
 @dataclass(frozen=True)
@@ -34,18 +42,36 @@ class Scene:
     physics: PhysicsConfig
 
 
-def build_newton_model(scene: Scene, world_count: int = 1) -> newton.Model:
-    """Import the scene's USD assets into one Newton model.
+def build_newton_model(scene: Scene) -> newton.Model:
+    """One copy of the scene as a Newton model on the CPU device, outside of any world."""
+    model = _scene_builder(scene).finalize(device="cpu")
+    _set_mujoco_attributes(model, scene.physics)
+    return model
 
-    Bodies are labelled ``<side>/<link>`` and ``object/<part>``; a hand collides with the object and the other hand,
-    but neither with itself nor with the table (as in the authors' release).
+
+def build_newton_worlds(scenes: Sequence[Scene], world_counts: Sequence[int], device: str) -> newton.Model:
+    """Copies of every scene, world after world, in one Newton model.
 
     Args:
-        scene: The scene of every world.
-        world_count: Number of copies.
+        scenes: Scenes with the same hands, base kind and physics; only the object may differ.
+        world_counts: Worlds of each scene.
+        device: Where the model's arrays are.
+    """
+    worlds = newton.ModelBuilder()
+    SolverMuJoCo.register_custom_attributes(worlds)
+    for scene, count in zip(scenes, world_counts, strict=True):
+        worlds.replicate(_scene_builder(scene), count)
+    model = worlds.finalize(device=device)
+    _set_mujoco_attributes(model, scenes[0].physics)
+    return model
 
-    Returns:
-        The finalized model on the CPU device; gravity along -z, hands gravity-compensated.
+
+def _scene_builder(scene: Scene) -> newton.ModelBuilder:
+    """Import the scene's USD assets.
+
+    Bodies are labelled ``<side>/<link>`` and ``object/<part>``; a hand collides with the object and the other hand,
+    but neither with itself nor with the table (as in the authors' release). Gravity points along -z, the hands are
+    gravity-compensated.
     """
     builder = newton.ModelBuilder()
     SolverMuJoCo.register_custom_attributes(builder)
@@ -62,14 +88,7 @@ def build_newton_model(scene: Scene, world_count: int = 1) -> newton.Model:
         builder.shape_collision_group[shape] = _OBJECT_COLLISION_GROUP
     builder.shape_collision_group[table] = _OBJECT_COLLISION_GROUP
     _set_contact_material(builder, scene.physics)
-    if world_count > 1:
-        worlds = newton.ModelBuilder()
-        SolverMuJoCo.register_custom_attributes(worlds)
-        worlds.replicate(builder, world_count)
-        builder = worlds
-    model = builder.finalize(device="cpu")
-    _set_mujoco_attributes(model, scene.physics)
-    return model
+    return builder
 
 
 def make_newton_solver(scene: Scene, model: newton.Model, **options: object) -> SolverMuJoCo:
@@ -83,6 +102,8 @@ def make_newton_solver(scene: Scene, model: newton.Model, **options: object) -> 
         impratio=physics.impratio,
         integrator="implicitfast",
         solver="newton",
+        # nothing becomes kinematic later, so no root needs a weld in waiting
+        kinematic_switchable_roots=False,
         **options,
     )
 
@@ -103,9 +124,11 @@ def _add_asset(
 
 
 def _set_joint_dynamics(builder: newton.ModelBuilder, hand: HandModel) -> None:
-    """Passive damping, armature and effort limit of every hand coordinate.
+    """Passive damping, armature and effort limit of every hand coordinate; the joint limits are lifted.
 
-    USD carries one value per joint; the wrist's slides and hinges share a joint but not their values.
+    USD carries one value per joint; the wrist's slides and hinges share a joint but not their values. PD targets are
+    clipped to the effective limits of each world instead of limiting the joint, which lets one model serve references
+    that exceed the asset's limits.
     """
     for dof, name in enumerate(DOFS):
         joint = builder.joint_label.index(f"{hand.side}/{name.rsplit('_', 1)[0]}_joint")
@@ -114,6 +137,8 @@ def _set_joint_dynamics(builder: newton.ModelBuilder, hand: HandModel) -> None:
         builder.joint_damping[coordinate] = float(hand.damping[dof])
         builder.joint_armature[coordinate] = float(hand.armature[dof])
         builder.joint_effort_limit[coordinate] = float(hand.effort[dof])
+        builder.joint_limit_lower[coordinate] = -_UNLIMITED
+        builder.joint_limit_upper[coordinate] = _UNLIMITED
 
 
 def _set_contact_material(builder: newton.ModelBuilder, physics: PhysicsConfig) -> None:
@@ -131,5 +156,7 @@ def _set_mujoco_attributes(model: newton.Model, physics: PhysicsConfig) -> None:
     solimp = model.mujoco.geom_solimp.numpy()
     solimp[:, :3] = physics.solimp
     model.mujoco.geom_solimp.assign(solimp)
+    model.mujoco.solreflimit.fill_(wp.vec2(*_LIMIT_SOLREF))
+    model.mujoco.solreflimit_mode.fill_(_RAW_SOLREF)
     is_hand = np.array([label.split("/")[-2] in _HAND_COLLISION_GROUP for label in model.body_label])
-    model.mujoco.gravcomp.assign(is_hand.astype(np.float32))
+    model.mujoco.gravcomp.assign((is_hand & physics.gravity_compensation).astype(np.float32))

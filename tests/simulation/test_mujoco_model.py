@@ -14,6 +14,7 @@ EXACT_FIELDS = (
     "body_gravcomp",
     "jnt_type",
     "jnt_bodyid",
+    "jnt_limited",
     "dof_parentid",
     "geom_type",
     "geom_bodyid",
@@ -28,6 +29,8 @@ CLOSE_FIELDS = (
     "body_mass",
     "jnt_axis",
     "jnt_pos",
+    "jnt_solref",
+    "jnt_solimp",
     "dof_armature",
     "dof_damping",
     "dof_frictionloss",
@@ -44,7 +47,7 @@ OPTIONS = ("gravity", "impratio", "cone", "solver", "integrator", "iterations", 
 @pytest.mark.parametrize("fixed_base", [True, False])
 @pytest.mark.parametrize("sides", [("right",), ("left", "right")])
 def test_equal_to_newtons_model_field_by_field(fixed_base: bool, sides: tuple[str, ...]) -> None:
-    """Everything but the timestep, the sensors and the hands' joint limits survives the way through MJCF."""
+    """Everything but the timestep and the sensors survives the way through MJCF."""
     scene = open_scene(fixed_base, sides)
     newtons = make_newton_solver(scene, build_newton_model(scene), use_mujoco_cpu=True).mj_model
     ours = compile_mujoco(scene)
@@ -84,6 +87,17 @@ def test_joint_dynamics_are_the_hands() -> None:
     np.testing.assert_allclose(model.dof_damping[dof], scene.hands[0].damping)
     np.testing.assert_allclose(model.dof_armature[dof], scene.hands[0].armature)
     assert model.dof_damping[dof[:6]].tolist() == [10.0, 10.0, 10.0, 1.0, 1.0, 1.0]
+
+
+def test_only_the_hinge_has_limits() -> None:
+    """Hand joints turn freely, for targets are clipped instead; the hinge stops at the asset's limits."""
+    scene = open_scene(False)
+    model = compile_mujoco(scene)
+    layout = model_layout(model, scene)
+    hinge = model.joint("object_hinge")
+    assert model.jnt_limited.nonzero()[0].tolist() == [hinge.id]
+    assert layout.hinge_dof == model.jnt_dofadr[hinge.id]
+    np.testing.assert_allclose(hinge.range, [scene.object.hinge_lower, scene.object.hinge_upper], atol=1e-5)
 
 
 @pytest.mark.parametrize("fixed_base", [True, False])
