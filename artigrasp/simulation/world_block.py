@@ -79,8 +79,8 @@ class WorldBlock:
         self._next_state = np.empty_like(packed.state)
         velocity = slice(1 + model.nq, 1 + model.nq + model.nv)
         self._velocity, self._next_velocity = packed.state[:, velocity], self._next_state[:, velocity]
-        # The implicit integrator takes the joints' damping at the end of the step, so that velocities change by less than
-        # acceleration times timestep: by this factor where the inertia matrix is diagonal, as it nearly is here.
+        # The implicit integrator takes the joints' damping at the end of the step, so that velocities change by less
+        # than acceleration times timestep: by this factor where the inertia matrix is diagonal, as it nearly is here.
         self._acceleration_per_velocity_change = 1.0 / model.opt.timestep + model.dof_damping / model.dof_M0
         self._models = [model] * len(packed.state)
         self._data = [mujoco.MjData(model)]
