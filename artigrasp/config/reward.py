@@ -39,5 +39,10 @@ class RewardConfig:
     outcome_success: float = 0.0
     """Success at the end of the episode; not in the paper."""
 
+    @property
+    def rewards_outcome(self) -> bool:
+        """Whether an outcome term counts, which makes the end of an episode part of the task and no mere time limit."""
+        return any((self.outcome_error, self.outcome_mean_error, self.outcome_success))
+
     def __post_init__(self) -> None:
         require_not_negative(self, *(field.name for field in fields(self)))

@@ -96,7 +96,7 @@ def reward_weights(config: RewardConfig) -> rewards.RewardWeights:
 def outcome_weights(config: RewardConfig) -> wp.vec3 | None:
     """Weights of the outcome terms, or None if none of them counts."""
     weights = (config.outcome_error, config.outcome_mean_error, config.outcome_success)
-    return wp.vec3(*weights) if any(weights) else None
+    return wp.vec3(*weights) if config.rewards_outcome else None
 
 
 def metric_limits(opened_angle: float) -> metrics.MetricLimits:

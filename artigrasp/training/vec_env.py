@@ -13,7 +13,8 @@ class HandVecEnv(VecEnv):
     """Every hand of every world is a row; one PPO step is ``decision_interval`` control steps.
 
     The rewards within a PPO step are discounted by the powers of gamma, so that the return is the same as with one
-    control step per PPO step. Episodes end together; a world whose physics failed is reset and marked as done.
+    control step per PPO step. A world whose physics failed is reset at once and marked as done; what it earned in its
+    last step is replaced by what the critic expected of it, so that failing is neither good nor bad.
 
     Attributes:
         environment: The batched environment.
@@ -36,7 +37,7 @@ class HandVecEnv(VecEnv):
         self._reward_rows = wp.to_torch(environment.reward).reshape(self.rows)
         self._terms = [(names, wp.to_torch(values)) for names, values in environment.reward_terms]
         self._feature_rows = self._as_rows(environment.features)
-        self._diverged = wp.to_torch(environment.state.diverged)
+        self._failure = wp.to_torch(environment.metrics.failure)
         self._returns: dict[str, list[float]] = {}
         self.restart()
 
@@ -59,7 +60,9 @@ class HandVecEnv(VecEnv):
             actions: [row, action] the policy's output.
 
         Returns:
-            Observations after it, discounted rewards [row], dones [row] and ``time_outs``.
+            Observations after it, discounted rewards [row], dones [row] and ``time_outs``: 1 where an episode stopped
+            without being over, so that the learner adds the value that the critic expected. An episode whose outcome is
+            rewarded is over at its end.
         """
         self._action_rows.copy_(actions)
         rewards = torch.zeros(self.rows)
@@ -69,20 +72,21 @@ class HandVecEnv(VecEnv):
             for sums, (_, values) in zip(self._term_sums, self._terms, strict=True):
                 sums += values
         self.episode_length_buf += 1
-        failed = self._diverged.bool().repeat_interleave(self.environment.hand_count)
-        # what a failed world earned is no use to the learner
-        rewards = torch.where(failed, torch.zeros_like(rewards), rewards)
-        time_outs = self.episode_length_buf >= self.max_episode_length
-        dones = time_outs | failed
+        failed = (self._failure != 0).repeat_interleave(self.environment.hand_count)
+        rewards[failed] = 0.0
+        ended = self.episode_length_buf >= self.max_episode_length
+        dones = ended | failed
         if bool(dones.any()):
             self._end_episodes(dones)
-        # with one decision per episode nothing comes after it whose value could be added
-        bootstrap = time_outs & ~failed & (self.max_episode_length > 1)
-        return self.get_observations(), rewards, dones.long(), {"time_outs": bootstrap.float()}
+        time_outs = failed if self.task.reward.rewards_outcome else dones
+        return self.get_observations(), rewards, dones.long(), {"time_outs": time_outs.float()}
 
     def pop_episode_means(self) -> dict[str, float]:
-        """Means over the episodes that ended since the last call: success, error, failures and reward terms."""
-        means = {name: sum(values) / len(values) for name, values in self._returns.items()}
+        """Means over the episodes that ended since the last call.
+
+        These are what `episode_summary` holds and, of the episodes that did not fail, the sums of the reward terms.
+        """
+        means = {name: sum(values) / len(values) for name, values in self._returns.items() if values}
         self._returns.clear()
         return means
 
@@ -91,9 +95,10 @@ class HandVecEnv(VecEnv):
         summary = self.environment.episode_summary()
         for name, values in summary.items():
             self._returns.setdefault(f"Episode/{name}", []).extend(values[worlds.numpy()].tolist())
+        sound = torch.from_numpy(summary["failed"] == 0)
         for sums, (names, _) in zip(self._term_sums, self._terms, strict=True):
-            for name, value in zip(names, sums[worlds].mean(dim=(0, 1)).tolist(), strict=True):
-                self._returns.setdefault(f"Reward/{name}", []).append(value)
+            for name, values in zip(names, sums[worlds & sound].mean(dim=1).T, strict=True):
+                self._returns.setdefault(f"Reward/{name}", []).extend(values.tolist())
             sums[worlds] = 0.0
         self.episode_length_buf[dones] = 0
         self.environment.reset(wp.from_torch(worlds.int()))
