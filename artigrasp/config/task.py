@@ -1,5 +1,6 @@
 """Everything that defines one task: what is simulated, what an action means, what is rewarded, how it is learned."""
 
+import math
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -59,6 +60,10 @@ class TaskConfig:
                 raise FieldError.mismatch(f"action.{name}.decision_interval", expected, term.decision_interval)
         require_ordered_choice(self, "hands", get_args(Side))
         require_ordered_choice(self, "kinds", get_args(Kind))
+        least = math.ceil(max(self.ppo.mini_batches, 2) / (self.ppo.steps_per_env * len(self.hands)))
+        if self.world_count < least:
+            expected = f"at least {least}, for {self.ppo.mini_batches} mini-batches"
+            raise FieldError.mismatch("world_count", expected, self.world_count)
 
     @property
     def control_dt(self) -> float:

@@ -11,23 +11,37 @@ from pathlib import Path
 
 import matplotlib
 
-from artigrasp.config import TaskConfig, to_dict
-from artigrasp.files import atomic_write
+from artigrasp.config import TaskConfig, from_dict, to_dict
+from artigrasp.errors import UserError
+from artigrasp.files import atomic_write, check_format
 
 RUN_FORMAT, RUN_VERSION = "artigrasp.run", 1
+RUN_FILE, CURVE_FILE = "run.json", "learning_curve.csv"
 
-CURVE_COLUMNS = ("iteration", "control_steps", "wall_time", "success", "angle_error")
+
+@dataclass(frozen=True)
+class RunDescription:
+    """What is trained on what; a run that is resumed keeps it."""
+
+    task: TaskConfig
+    objects: tuple[str, ...]
+    split: str
+    """Split whose references are played."""
+    seed: int
 
 
 @dataclass(frozen=True)
 class CurvePoint:
-    """One iteration of the learning curve, measured while exploring on the training references."""
+    """Means over the episodes that ended in one iteration, while exploring on the training references."""
 
     iteration: int
     control_steps: int
+    """Control steps so far, over all worlds."""
     wall_time: float
+    """Training time so far [s]."""
     success: float
     angle_error: float
+    """Final distance of the hinge from its goal [rad]."""
 
 
 def new_run_folder(root: Path, task: TaskConfig) -> Path:
@@ -41,45 +55,70 @@ def new_run_folder(root: Path, task: TaskConfig) -> Path:
     return folder
 
 
-def write_run_description(
-    folder: Path, task: TaskConfig, objects: Sequence[str], split: str, seed: int, threads: int
-) -> None:
-    """Write ``run.json``: the task in full, what it was trained on, versions and the commit of the program."""
+def write_run_description(folder: Path, run: RunDescription, threads: int) -> None:
+    """Write ``run.json``: the task in full, what it is trained on, versions and the commit of the program."""
     description = {
         "format": RUN_FORMAT,
         "version": RUN_VERSION,
-        "objects": list(objects),
-        "split": split,
-        "seed": seed,
+        "objects": list(run.objects),
+        "split": run.split,
+        "seed": run.seed,
         "threads": threads,
         "commit": _git_commit(),
         "packages": {
             name: importlib.metadata.version(name)
             for name in ("artigrasp", "newton", "mujoco", "warp-lang", "torch", "rsl-rl-lib")
         },
-        "task": to_dict(task),
+        "task": to_dict(run.task),
     }
-    with atomic_write(folder / "run.json") as path:
+    with atomic_write(folder / RUN_FILE) as path:
         path.write_text(json.dumps(description, indent=2) + "\n", encoding="utf-8")
 
 
+def read_run_description(folder: Path) -> RunDescription:
+    """Read what a run trains.
+
+    Raises:
+        UserError: There is no run in the folder, or its ``run.json`` is malformed or newer than this program.
+    """
+    path = folder / RUN_FILE
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise UserError(f"{path}: expected the description of a run, found none: {error.strerror}") from error
+    except ValueError as error:
+        raise UserError(f"{path}: expected JSON, found something else: {error}") from error
+    if not isinstance(content, dict):
+        raise UserError(f"{path}: expected a table of keys and values, found {type(content).__name__}")
+    check_format(content.get("format"), content.get("version"), RUN_FORMAT, RUN_VERSION, path)
+    known = {field.name: content[field.name] for field in fields(RunDescription) if field.name in content}
+    return from_dict(RunDescription, known, source=str(path))
+
+
 def read_curve(folder: Path) -> list[CurvePoint]:
-    """The learning curve so far; empty if there is none."""
-    path = folder / "learning_curve.csv"
+    """The learning curve so far; empty if there is none.
+
+    Raises:
+        UserError: The file is malformed.
+    """
+    path = folder / CURVE_FILE
     if not path.is_file():
         return []
     with path.open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     types = {field.name: field.type for field in fields(CurvePoint)}
-    return [CurvePoint(**{name: types[name](row[name]) for name in CURVE_COLUMNS}) for row in rows]  # type: ignore[operator]
+    try:
+        return [CurvePoint(**{name: parse(row[name]) for name, parse in types.items()}) for row in rows]  # type: ignore[operator]
+    except (KeyError, TypeError, ValueError) as error:
+        raise UserError(f"{path}: expected numbers in the columns {', '.join(types)}: {error}") from error
 
 
 def write_curve(folder: Path, points: Sequence[CurvePoint], title: str) -> None:
     """Write ``learning_curve.csv`` and its plot."""
-    with atomic_write(folder / "learning_curve.csv") as path, path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(CURVE_COLUMNS)
-        writer.writerows([getattr(point, name) for name in CURVE_COLUMNS] for point in points)
+    with atomic_write(folder / CURVE_FILE) as path, path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, [field.name for field in fields(CurvePoint)])
+        writer.writeheader()
+        writer.writerows(vars(point) for point in points)
     _plot_curve(folder / "learning_curve.png", points, title)
 
 
@@ -106,8 +145,11 @@ def _plot_curve(target: Path, points: Sequence[CurvePoint], title: str) -> None:
 
 def _git_commit() -> str:
     """Commit of the checkout that the program runs from, or "unknown" for an installed package."""
-    command = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty", "--abbrev=40"]
+    git = ["git", "-C", str(Path(__file__).parent)]
     try:
-        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+        # an installed package may lie inside somebody else's checkout
+        subprocess.run([*git, "ls-files", "--error-unmatch", Path(__file__).name], capture_output=True, check=True)
+        describe = [*git, "describe", "--always", "--dirty", "--abbrev=40"]
+        return subprocess.run(describe, capture_output=True, text=True, check=True).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
         return "unknown"

@@ -1,4 +1,4 @@
-"""PPO training: rsl-rl's learner in a loop that can be stopped and resumed at any iteration."""
+"""PPO training: rsl-rl's learner in a loop that can be stopped at any time and resumed from its newest checkpoint."""
 
 import contextlib
 import io
@@ -17,12 +17,13 @@ from artigrasp.config import PPOConfig
 from artigrasp.controllers.network import OBSERVATION_SETS, actor_settings, critic_settings
 from artigrasp.controllers.policy_file import PolicyFile, load_policy, save_policy
 from artigrasp.errors import UserError
+from artigrasp.training.run_folder import CurvePoint, read_curve, write_curve
 from artigrasp.training.vec_env import HandVecEnv
 
 logger = logging.getLogger(__name__)
 
-LATEST = "latest.pt"
-"""Name of the newest checkpoint in a run folder."""
+CHECKPOINT, POLICY = "latest.pt", "policy.pt"
+"""Files of a run folder: the newest checkpoint, to resume from, and what acts of it."""
 
 
 @dataclass(frozen=True)
@@ -41,11 +42,13 @@ class IterationReport:
 
 
 class Runner:
-    """Trains one policy and keeps its run folder: checkpoints and TensorBoard events.
+    """Trains one policy and keeps its run folder: checkpoint, policy, learning curve and TensorBoard events.
 
     Attributes:
         iteration: Iterations done.
-        reports: Reports of this process's iterations.
+        control_steps: Control steps simulated so far, over all worlds.
+        wall_time: Training time so far [s].
+        curve: The learning curve: a point for every iteration in which episodes ended.
     """
 
     def __init__(self, env: HandVecEnv, folder: Path, seed: int) -> None:
@@ -53,7 +56,7 @@ class Runner:
 
         Args:
             env: The environment with its task.
-            folder: Run folder, made if missing.
+            folder: Run folder, made when the first file goes there.
             seed: Seed of the network's initial weights and of the exploration noise.
         """
         self.env, self.folder, self.seed = env, folder, seed
@@ -64,7 +67,7 @@ class Runner:
         self.iteration = 0
         self.control_steps = 0
         self.wall_time = 0.0
-        self.reports: list[IterationReport] = []
+        self.curve: list[CurvePoint] = []
 
     def learn(self, iterations: int, on_iteration: Callable[[IterationReport], None] = lambda report: None) -> None:
         """Run PPO until ``iterations`` iterations are done in total, saving checkpoints on the way and at the end.
@@ -78,59 +81,69 @@ class Runner:
         try:
             while self.iteration < iterations:
                 report = self._iterate()
-                self.reports.append(report)
                 for name, value in report.metrics.items():
-                    writer.add_scalar(name, value, report.control_steps, walltime=None)
+                    writer.add_scalar(name, value, report.control_steps)
                 on_iteration(report)
                 if self.iteration % self.task.ppo.save_interval == 0 or self.iteration == iterations:
                     self.save()
         finally:
             writer.close()
 
-    def save(self) -> Path:
-        """Write the checkpoint of the present iteration, replacing the newest one."""
-        learner: dict[str, Any] = {
-            "critic": self.learner.critic.state_dict(),
-            "optimizer": self.learner.optimizer.state_dict(),
-            "torch_random": torch.get_rng_state(),
-            "episode": torch.from_numpy(self.env.environment.episode.numpy()),
-        }
+    def save(self) -> None:
+        """Write checkpoint, policy and learning curve of the present iteration over those before."""
+        environment = self.env.environment
         policy = PolicyFile(
             task=self.task,
-            hand=self.env.environment.hand_name,
-            objects=self.env.environment.object_names,
+            hand=environment.hand_name,
+            objects=environment.object_names,
             seed=self.seed,
             iteration=self.iteration,
             control_steps=self.control_steps,
             wall_time=self.wall_time,
             actor=self.learner.actor.state_dict(),
-            learner=learner,
         )
-        path = self.folder / LATEST
-        save_policy(policy, path)
-        save_policy(replace(policy, learner=None), self.folder / "policy.pt")
-        return path
+        learner: dict[str, Any] = {
+            "critic": self.learner.critic.state_dict(),
+            "optimizer": self.learner.optimizer.state_dict(),
+            "torch_random": torch.get_rng_state(),
+            "episode": torch.from_numpy(environment.episode.numpy()),
+        }
+        save_policy(replace(policy, learner=learner), self.folder / CHECKPOINT)
+        save_policy(policy, self.folder / POLICY)
+        write_curve(self.folder, self.curve, f"{self.task.name} on {', '.join(environment.object_names)}")
 
-    def resume(self, path: Path) -> None:
-        """Continue from a checkpoint.
+    def resume(self) -> None:
+        """Continue from the folder's checkpoint.
+
+        The episodes that were under way begin again. Where iterations end together with episodes, what follows is
+        exactly what would have followed without the interruption.
 
         Raises:
-            UserError: The checkpoint belongs to another task or other objects, or cannot be resumed from.
+            UserError: There is no checkpoint, or it belongs to another task or other objects, hands or worlds.
         """
+        path, environment = self.folder / CHECKPOINT, self.env.environment
         policy = load_policy(path, task=self.task.name)
         if policy.learner is None:
             raise UserError(f"{path}: expected a checkpoint with the learner's state, found a policy for inference")
-        if policy.objects != self.env.environment.object_names:
-            expected, found = ", ".join(self.env.environment.object_names), ", ".join(policy.objects)
-            raise UserError(f"{path}: objects: expected {expected}, found {found}")
-        self.learner.actor.load_state_dict(policy.actor)
-        self.learner.critic.load_state_dict(policy.learner["critic"])
-        self.learner.optimizer.load_state_dict(policy.learner["optimizer"])
+        for name, expected, found in (
+            ("objects", ", ".join(environment.object_names), ", ".join(policy.objects)),
+            ("hand", environment.hand_name, policy.hand),
+        ):
+            if found != expected:
+                raise UserError(f"{path}: {name}: expected {expected}, found {found}")
+        try:
+            self.learner.actor.load_state_dict(policy.actor)
+            self.learner.critic.load_state_dict(policy.learner["critic"])
+            self.learner.optimizer.load_state_dict(policy.learner["optimizer"])
+            torch.set_rng_state(policy.learner["torch_random"])
+            environment.episode.assign(policy.learner["episode"].numpy() - 1)
+        except (AttributeError, KeyError, RuntimeError, TypeError, ValueError) as error:
+            detail = str(error).splitlines()[0]
+            raise UserError(f"{path}: expected the state of this run's learner, found another: {detail}") from error
         self.learner.learning_rate = self.learner.optimizer.param_groups[0]["lr"]
-        torch.set_rng_state(policy.learner["torch_random"])
-        self.env.environment.episode.assign(policy.learner["episode"].numpy())
         self.env.restart()
         self.iteration, self.control_steps, self.wall_time = policy.iteration, policy.control_steps, policy.wall_time
+        self.curve = [point for point in read_curve(self.folder) if point.iteration <= self.iteration]
 
     def _iterate(self) -> IterationReport:
         start = time.perf_counter()
@@ -154,6 +167,9 @@ class Runner:
         metrics["Policy/learning_rate"] = self.learner.learning_rate
         metrics |= self.env.pop_episode_means()
         metrics["Time/collect"], metrics["Time/learn"] = collected - start, learned - collected
+        if "Episode/success" in metrics:
+            success, error = metrics["Episode/success"], metrics["Episode/angle_error"]
+            self.curve.append(CurvePoint(self.iteration, self.control_steps, self.wall_time, success, error))
         return IterationReport(
             self.iteration, self.control_steps, self.wall_time, collected - start, learned - collected, metrics
         )
