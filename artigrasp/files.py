@@ -27,14 +27,11 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
         UserError: The folder cannot be made or written to.
     """
     path = Path(path)
+    check_target(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UserError(f"{path.parent}: cannot make this folder: {error.strerror}") from error
-    if path.is_dir():
-        raise UserError(f"{path}: expected a file to write, found a folder")
-    if not os.access(path.parent, os.W_OK):
-        raise UserError(f"{path.parent}: cannot write to this folder: permission denied")
     temporary = path.with_name(f".{path.stem}.{secrets.token_hex(4)}{path.suffix}")
     try:
         yield temporary
@@ -44,6 +41,25 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def check_target(path: str | os.PathLike[str]) -> None:
+    """Refuse a file that could not be written, before the work that it is to hold; nothing is made.
+
+    Args:
+        path: The file to write or replace.
+
+    Raises:
+        UserError: It is a folder, or what should be its folder is a file or cannot be written to.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise UserError(f"{path}: expected a file to write, found a folder")
+    nearest = next(parent for parent in path.absolute().parents if parent.exists())
+    if not nearest.is_dir():
+        raise UserError(f"{nearest}: expected a folder to write to, found a file")
+    if not os.access(nearest, os.W_OK):
+        raise UserError(f"{nearest}: cannot write to this folder: permission denied")
 
 
 def check_format(

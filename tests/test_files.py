@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from artigrasp.errors import UserError
-from artigrasp.files import atomic_write, check_format
+from artigrasp.files import atomic_write, check_format, check_target
 
 
 def test_atomic_write_renames_when_whole(tmp_path: Path) -> None:
@@ -34,10 +34,19 @@ def test_atomic_write_keeps_the_old_file_on_failure(tmp_path: Path) -> None:
 def test_atomic_write_refuses_impossible_places(tmp_path: Path) -> None:
     """A folder in the file's place, or a file in the folder's place, is the user's mistake."""
     (tmp_path / "file").write_text("")
-    with pytest.raises(UserError, match="cannot make this folder"), atomic_write(tmp_path / "file" / "x.txt"):
-        pass
+    for path in (tmp_path / "file" / "x.txt", tmp_path / "file" / "deeper" / "x.txt"):
+        with pytest.raises(UserError, match=r"file: expected a folder to write to, found a file"), atomic_write(path):
+            pass
     with pytest.raises(UserError, match="found a folder"), atomic_write(tmp_path):
         pass
+
+
+def test_a_target_can_be_checked_beforehand(tmp_path: Path) -> None:
+    """What could be written passes, and nothing is made; what could not is refused."""
+    check_target(tmp_path / "new" / "folder" / "x.txt")
+    assert not list(tmp_path.iterdir())
+    with pytest.raises(UserError, match="found a folder"):
+        check_target(tmp_path)
 
 
 def test_check_format_accepts_own_files() -> None:

@@ -1,16 +1,16 @@
 """`artigrasp evaluate`: measure controllers by the paper's protocols."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
 import tyro
 
-from artigrasp.cli.output import show
-from artigrasp.cli.policies import find_policy
+from artigrasp.cli.output import show, show_json
+from artigrasp.cli.policies import find_policy, played_task
 from artigrasp.cli.progress import progress_bar
 from artigrasp.cli.warp_start import start_warp
+from artigrasp.files import check_target
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class Options:
     """What acts: policy, pd-ik or zero (the task's prior alone)."""
     policy: str | None = None
     """Policy: a file, or a name of `artigrasp list policies`."""
-    task: str = "right-fixed"
-    """Task of controllers without a policy; with one, its own task counts."""
+    task: str | None = None
+    """Task to play: by default the policy's, without one right-fixed."""
     objects: tuple[str, ...] = ("lidded-box",)
     """Objects to measure on."""
     split: str = "test"
@@ -50,21 +50,19 @@ class Options:
 def run(options: Options) -> int:
     """Measure and write the report."""
     from artigrasp.references.reference import load_references
-    from artigrasp.tasks import get_task
 
-    task = get_task(options.task)
-    path = find_policy(options.policy) if options.policy is not None else None
+    policy = find_policy(options.policy) if options.policy is not None else None
     references = [load_references(name) for name in options.objects]
+    check_target(options.out / "metrics.json")
 
     start_warp()
     from artigrasp.controllers.library import load_controller
-    from artigrasp.controllers.policy_file import load_policy
     from artigrasp.evaluation.articulation import evaluate_articulation
     from artigrasp.evaluation.report import metrics_dict, metrics_table, write_report
 
-    if path is not None:
-        task = load_policy(path).task
-    controllers = [load_controller(name, task=task, policy=path) for name in (options.controller, *options.baselines)]
+    task = played_task(options.task, policy)
+    names = dict.fromkeys((options.controller, *options.baselines))
+    controllers = [load_controller(name, task=task, policy=policy) for name in names]
     evaluations = []
     for controller in controllers:
         with progress_bar(f"Measuring {controller.name}", hidden=options.json) as progress:
@@ -74,10 +72,13 @@ def run(options: Options) -> int:
                     references,
                     split=options.split,
                     seed=options.seed,
-                    policy=str(path) if controller.name == "policy" else None,
+                    policy=str(policy) if controller.name == "policy" else None,
                     on_step=lambda step: progress("", step, task.episode_steps),
                 )
             )
     write_report(evaluations, options.out)
-    show(json.dumps(metrics_dict(evaluations[0]), indent=2) if options.json else metrics_table(evaluations))
+    if options.json:
+        show_json(metrics_dict(evaluations[0]))
+    else:
+        show(metrics_table(evaluations))
     return 0

@@ -4,10 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from artigrasp.cli.output import show, show_json
-from artigrasp.cli.policies import find_policy
+from artigrasp.cli.policies import find_policy, played_task
 from artigrasp.cli.progress import progress_bar
 from artigrasp.cli.warp_start import start_warp
 from artigrasp.errors import UserError
+from artigrasp.files import check_target
 
 
 @dataclass(frozen=True)
@@ -25,12 +26,12 @@ class Options:
     """Index of the articulation reference in that split."""
     target_angle: float = 1.0
     """Hinge angle to reach [rad]."""
-    controller: str = "pd-ik"
-    """What acts: policy, pd-ik or zero (the task's prior alone)."""
+    controller: str | None = None
+    """What acts: policy, pd-ik or zero (the task's prior alone); by default the policy if there is one, else pd-ik."""
     policy: str | None = None
     """Policy of the controller "policy": a file, or a name of `artigrasp list policies`."""
-    task: str = "right-fixed"
-    """Task of a controller without a policy."""
+    task: str | None = None
+    """Task to play: by default the policy's, without one right-fixed."""
     seed: int = 0
     """Seed of the environment."""
     out: Path = Path("motion.npz")
@@ -41,23 +42,26 @@ class Options:
 
 def run(options: Options) -> int:
     """Generate the motion."""
+    from artigrasp.assets.object import load_object
     from artigrasp.references.reference import load_references
-    from artigrasp.tasks import get_task
 
-    task = get_task(options.task)
-    path = find_policy(options.policy) if options.policy is not None else None
-    if not 0 <= options.target_angle <= 3.2:
-        raise UserError(f"target-angle: expected 0 to 3.2 rad, found {options.target_angle}")
+    policy = find_policy(options.policy) if options.policy is not None else None
     reference = load_references(options.object).select(
         split=options.split, kind="articulate", indices=options.reference
     )
+    widest = load_object(options.object).hinge_upper
+    if not 0 <= options.target_angle <= widest:
+        expected = f"0 to {widest:.2f} rad, as far as {options.object} opens"
+        raise UserError(f"target-angle: expected {expected}, found {options.target_angle}")
+    check_target(options.out)
 
     start_warp()
     from artigrasp.controllers.library import load_controller
     from artigrasp.motion.file import save_motion
     from artigrasp.motion.generate import generate
 
-    controller = load_controller(options.controller, task=task, policy=path)
+    name = options.controller or ("pd-ik" if policy is None else "policy")
+    controller = load_controller(name, task=played_task(options.task, policy), policy=policy)
     with progress_bar("Simulating", hidden=options.json) as progress:
         motion = generate(
             controller,

@@ -1,9 +1,15 @@
-"""Policies by name."""
+"""Policies by name, and the task that comes with one."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from artigrasp.assets.library import asset_roots
 from artigrasp.errors import unknown
+
+if TYPE_CHECKING:
+    from artigrasp.config import TaskConfig
+
+DEFAULT_TASK = "right-fixed"
 
 
 def list_policies() -> dict[str, Path]:
@@ -23,3 +29,16 @@ def find_policy(name: str) -> Path:
     if name not in policies:
         raise unknown("policy", name, policies)
     return policies[name]
+
+
+def played_task(name: str | None, policy: Path | None) -> "TaskConfig":
+    """The task to play: a policy's own, else the one of that name, else the default.
+
+    Raises:
+        UserError: The task is unknown, the policy file is unfit, or the policy is for another task than the named one.
+    """
+    from artigrasp.controllers.policy_file import load_policy
+    from artigrasp.tasks import get_task
+
+    named = get_task(DEFAULT_TASK if name is None else name)
+    return named if policy is None else load_policy(policy, task=name).task

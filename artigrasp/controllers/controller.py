@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 from tensordict import TensorDict
 
 from artigrasp.config import ActionConfig, TaskConfig
-from artigrasp.controllers.network import OBSERVATION_GROUP, build_actor
-from artigrasp.controllers.policy_file import PolicyFile
+from artigrasp.controllers.network import OBSERVATION_GROUP
+from artigrasp.controllers.policy_file import PolicyFile, make_actor
 from artigrasp.environment.environment import action_count
-from artigrasp.kernels.layout import FEATURE_COUNT
 
 
 class Controller(Protocol):
@@ -26,6 +25,11 @@ class Controller(Protocol):
     @property
     def task(self) -> TaskConfig:
         """The task with the action space that :meth:`act` answers in."""
+        ...
+
+    @property
+    def hand(self) -> str | None:
+        """Name of the hand model that it was made for, None if for any."""
         ...
 
     def act(self, features: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -46,6 +50,7 @@ class ZeroController:
 
     task: TaskConfig
     name: str = "zero"
+    hand: None = None
 
     def act(self, features: NDArray[np.float32]) -> NDArray[np.float32]:
         """Zeros."""
@@ -77,10 +82,8 @@ class PolicyController:
 
     def __init__(self, policy: PolicyFile) -> None:
         """Load the network's weights."""
-        self.task = policy.task
-        self._actor = build_actor(policy.task.ppo, FEATURE_COUNT, action_count(policy.task.action))
-        self._actor.load_state_dict(policy.actor)
-        self._actor.eval()
+        self.task, self.hand = policy.task, policy.hand
+        self._actor = make_actor(policy).eval()
 
     def act(self, features: NDArray[np.float32]) -> NDArray[np.float32]:
         """The policy's mean action."""

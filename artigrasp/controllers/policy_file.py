@@ -1,23 +1,26 @@
 """Policy files: the trained network with the task, hand and objects it was trained on."""
 
 import json
-import pickle
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import torch
+from rsl_rl.models import MLPModel
 
 from artigrasp.config import TaskConfig, from_dict, to_dict
+from artigrasp.controllers.network import build_actor
+from artigrasp.environment.environment import action_count
 from artigrasp.errors import UserError
 from artigrasp.files import atomic_write, check_format
+from artigrasp.kernels.layout import FEATURE_COUNT
 
 POLICY_FORMAT, POLICY_VERSION = "artigrasp.policy", 1
 
 
 @dataclass(frozen=True)
 class PolicyFile:
-    """Contents of a policy file; a checkpoint of a training run is one that also holds the learner's state."""
+    """Contents of a policy file; the checkpoint of a training run is one that also holds the learner's state."""
 
     task: TaskConfig
     hand: str
@@ -67,7 +70,7 @@ def load_policy(path: Path, task: str | None = None) -> PolicyFile:
         raise UserError(f"{path}: expected a policy file, found none")
     try:
         contents = torch.load(path, map_location="cpu", weights_only=True)
-    except (pickle.UnpicklingError, RuntimeError, EOFError, ValueError, KeyError, AttributeError, TypeError) as error:
+    except Exception as error:  # A damaged archive can fail in any way of zipfile, torch or the file system.
         raise UserError(
             f"{path}: expected a policy file with tensors and plain data only, found another file"
         ) from error
@@ -88,9 +91,18 @@ def load_policy(path: Path, task: str | None = None) -> PolicyFile:
             learner=contents["learner"],
         )
     except (KeyError, TypeError, ValueError) as error:
-        raise UserError(
-            f"{path}: expected a whole policy file, found one with a bad or missing field: {error}"
-        ) from error
+        raise UserError(f"{path}: expected a whole policy file, found a bad or missing field: {error}") from error
     if task is not None and config.name != task:
         raise UserError(f"{path}: task: expected a policy for {task!r}, found one for {config.name!r}")
+    try:
+        make_actor(policy)
+    except (AttributeError, RuntimeError, TypeError) as error:
+        raise UserError(f"{path}: actor: expected the weights of the task's network, found others") from error
     return policy
+
+
+def make_actor(policy: PolicyFile) -> MLPModel:
+    """The policy's network with its weights."""
+    actor = build_actor(policy.task.ppo, FEATURE_COUNT, action_count(policy.task.action))
+    actor.load_state_dict(policy.actor)
+    return actor

@@ -1,5 +1,6 @@
 """One episode of a controller in every world."""
 
+import logging
 from collections.abc import Callable
 
 import numpy as np
@@ -7,6 +8,8 @@ import warp as wp
 
 from artigrasp.controllers.controller import Controller
 from artigrasp.environment.environment import Environment
+
+logger = logging.getLogger(__name__)
 
 
 def run_episode(
@@ -19,6 +22,8 @@ def run_episode(
         controller: What acts.
         on_step: Called with the number of control steps done: 0 after the reset, then after every step.
     """
+    if controller.hand not in (None, environment.hand_name):
+        logger.warning("the policy was trained with the hand %r, not with %r", controller.hand, environment.hand_name)
     action_count = environment.action_count
     shape = (environment.world_count, environment.hand_count, max(action_count, 1))
     action = wp.zeros(shape, dtype=float, device=environment.device)
