@@ -1,0 +1,78 @@
+"""Episodes begin, decisions hold, and steps are counted."""
+
+import numpy as np
+import pytest
+import warp as wp
+
+from artigrasp.kernels.episodes import advance_steps, begin_episodes, latch_actions
+
+WORLD_COUNT = 400
+FIRST, COUNT = 3, 5
+UNTOUCHED = 77
+
+
+def begin(mask: np.ndarray, episode: int = 0, seed: int = 0, count: int = COUNT) -> dict[str, np.ndarray]:
+    """Begin episodes where the mask is one; every output holds ``UNTOUCHED`` before."""
+    outputs = {name: wp.full(WORLD_COUNT, UNTOUCHED, dtype=int) for name in ("reference_index", "step", "diverged")}
+    arrays = (mask, np.full(WORLD_COUNT, FIRST), np.full(WORLD_COUNT, count), np.full(WORLD_COUNT, episode))
+    wp.launch(
+        begin_episodes,
+        dim=WORLD_COUNT,
+        inputs=[*(wp.array(array, dtype=int) for array in arrays), seed],
+        outputs=list(outputs.values()),
+    )
+    return {name: array.numpy() for name, array in outputs.items()}
+
+
+def test_only_masked_worlds_begin() -> None:
+    """A masked world draws a reference of its range and forgets clock and failure; the others stay as they were."""
+    mask = np.arange(WORLD_COUNT) % 2
+    outputs = begin(mask)
+    for name in ("step", "diverged"):
+        np.testing.assert_array_equal(outputs[name], np.where(mask == 1, 0, UNTOUCHED))
+    drawn = outputs["reference_index"]
+    np.testing.assert_array_equal(drawn[mask == 0], UNTOUCHED)
+    assert set(drawn[mask == 1]) == set(range(FIRST, FIRST + COUNT))
+
+
+def test_draws_are_even_and_repeatable() -> None:
+    """Every reference comes up about as often as the others; seed and episode decide, and nothing else."""
+    everyone = np.ones(WORLD_COUNT, int)
+    draws = {key: begin(everyone, *key)["reference_index"] for key in [(0, 0), (1, 0), (0, 1)]}
+    for drawn in draws.values():
+        counts = np.bincount(drawn - FIRST, minlength=COUNT)
+        assert (np.abs(counts - WORLD_COUNT / COUNT) < 4 * np.sqrt(WORLD_COUNT / COUNT)).all()
+    np.testing.assert_array_equal(begin(everyone)["reference_index"], draws[0, 0])
+    for key in [(1, 0), (0, 1)]:
+        assert 0.05 < (draws[key] == draws[0, 0]).mean() < 0.4, "as many agree as by chance"
+
+
+def test_a_count_of_one_fixes_the_reference() -> None:
+    """Trials play the reference that they are given."""
+    outputs = begin(np.ones(WORLD_COUNT, int), count=1)
+    np.testing.assert_array_equal(outputs["reference_index"], FIRST)
+
+
+@pytest.mark.parametrize("interval", [1, 4])
+def test_decisions_hold_for_their_interval(interval: int) -> None:
+    """A term takes its own columns of the action, and only when a decision is due."""
+    rng = np.random.default_rng(0)
+    action, held = rng.normal(size=(9, 2, 10)).astype(np.float32), rng.normal(size=(9, 2, 3)).astype(np.float32)
+    step = np.arange(9)
+    array = wp.array(held, dtype=float)
+    wp.launch(
+        latch_actions,
+        dim=(9, 2),
+        inputs=[wp.array(action, dtype=float), wp.array(step, dtype=int), 6, interval],
+        outputs=[array],
+    )
+    due = step % interval == 0
+    np.testing.assert_array_equal(array.numpy()[due], action[due, :, 6:9])
+    np.testing.assert_array_equal(array.numpy()[~due], held[~due])
+
+
+def test_steps_are_counted() -> None:
+    """One per world and launch."""
+    step = wp.array([0, 7], dtype=int)
+    wp.launch(advance_steps, dim=2, inputs=[step])
+    assert step.numpy().tolist() == [1, 8]

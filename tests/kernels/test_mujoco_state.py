@@ -1,0 +1,197 @@
+"""MuJoCo's packed vectors: round trips, and MuJoCo's own conventions as the independent reference."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+import pytest
+import warp as wp
+
+from artigrasp.kernels import mujoco_state, states
+from artigrasp.kernels.layout import DOF_COUNT, LINK_COUNT, PARTS
+from tests.kernels.samples import Sample, fill, random_sample
+
+WORLD_COUNT, HAND_COUNT = 6, 2
+STATE_SIZE, CONTROL_SIZE = 250, 150
+FULL_PHYSICS = mujoco.mjtState.mjSTATE_FULLPHYSICS.value
+
+
+@dataclass
+class Packed:
+    """MuJoCo's rows as the kernels see them, all of them filled with a number of their own."""
+
+    layout: mujoco_state.StateLayout
+    state: wp.array
+    control: wp.array
+
+
+def packed(free: bool) -> Packed:
+    """Rows whose columns are scattered at random, each used once."""
+    rng = np.random.default_rng(0)
+    starts = iter(1 + 7 * rng.permutation(4))  # the first columns: free base, its velocity, hinge and its rate
+    layout = mujoco_state.StateLayout()
+    layout.object_qpos, layout.object_qvel = (next(starts), next(starts)) if free else (-1, -1)
+    layout.hinge_qpos, layout.hinge_qvel = next(starts), next(starts)
+    columns = 30 + rng.permutation(2 * HAND_COUNT * DOF_COUNT).reshape(2, HAND_COUNT, DOF_COUNT)
+    layout.hand_qpos, layout.hand_qvel = (wp.array(each, dtype=int) for each in columns)
+    layout.hand_force = wp.array(rng.permutation(HAND_COUNT * DOF_COUNT).reshape(HAND_COUNT, DOF_COUNT), dtype=int)
+    mocap = 110 + 4 * rng.permutation(6)
+    layout.hand_mocap_position = wp.array(mocap[:2], dtype=int)
+    layout.hand_mocap_quaternion = wp.array(mocap[2:4], dtype=int)
+    layout.object_mocap_position, layout.object_mocap_quaternion = (-1, -1) if free else mocap[4:]
+    sensors = 3 * rng.permutation(HAND_COUNT * LINK_COUNT * len(PARTS)).reshape(HAND_COUNT, LINK_COUNT, len(PARTS))
+    layout.contact_sensor = wp.array(sensors, dtype=int)
+    rows = [rng.normal(size=(WORLD_COUNT, size)) for size in (STATE_SIZE, CONTROL_SIZE)]
+    return Packed(layout, *(wp.array(each, dtype=wp.float64) for each in rows))
+
+
+def pack(rows: Packed, sample: Sample, mask: np.ndarray) -> None:
+    """Write the sample into the masked rows."""
+    hands = fill(states.hand_state(*sample.joint_q.shape[:2]), states.HandState, sample)
+    objects = fill(states.object_state(len(mask)), states.ObjectState, sample)
+    inputs = [wp.array(mask, dtype=int), hands, objects, rows.layout]
+    wp.launch(mujoco_state.pack_state, len(mask), inputs=inputs, outputs=[rows.state, rows.control])
+
+
+def unpack(rows: Packed, objects: states.ObjectState) -> tuple[states.HandState, np.ndarray]:
+    """Read the rows into a zeroed hand state and the given object state; the flags of diverged worlds."""
+    hands = states.hand_state(WORLD_COUNT, HAND_COUNT)
+    diverged = wp.zeros(WORLD_COUNT, dtype=int)
+    wp.launch(mujoco_state.unpack_hands, (WORLD_COUNT, HAND_COUNT), inputs=[rows.state, rows.layout], outputs=[hands])
+    wp.launch(mujoco_state.unpack_object, WORLD_COUNT, inputs=[rows.state, rows.layout], outputs=[objects, diverged])
+    return hands, diverged.numpy()
+
+
+def quaternions_agree(found: np.ndarray, expected: np.ndarray) -> None:
+    """Equal up to the sign of the whole quaternion."""
+    np.testing.assert_allclose(np.abs((found * expected).sum(-1)), 1.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("free", [True, False], ids=["free", "fixed"])
+def test_what_was_packed_is_unpacked(free: bool) -> None:
+    """Joints, hinge and, of a free base, pose and velocity come back; a fixed base keeps what it was."""
+    rows, sample = packed(free), random_sample(WORLD_COUNT)
+    pack(rows, sample, np.ones(WORLD_COUNT, int))
+    objects = states.object_state(WORLD_COUNT)
+    objects.pose.assign(np.roll(sample.pose, 1, axis=0))
+    before = objects.pose.numpy().copy()
+    hands, diverged = unpack(rows, objects)
+    for name in ("joint_q", "joint_qd"):
+        np.testing.assert_array_equal(getattr(hands, name).numpy(), getattr(sample, name).astype(np.float32))
+    for name in ("hinge_q", "hinge_qd"):
+        np.testing.assert_array_equal(getattr(objects, name).numpy(), getattr(sample, name).astype(np.float32))
+    assert not diverged.any()
+    if free:
+        np.testing.assert_array_equal(objects.pose.numpy()[:, :3], sample.pose[:, :3].astype(np.float32))
+        quaternions_agree(objects.pose.numpy()[:, 3:], sample.pose[:, 3:])
+        np.testing.assert_allclose(objects.velocity.numpy(), sample.velocity, atol=1e-5)
+    else:
+        np.testing.assert_array_equal(objects.pose.numpy(), before)
+        np.testing.assert_array_equal(objects.velocity.numpy(), 0.0)
+
+
+@pytest.mark.parametrize("free", [True, False], ids=["free", "fixed"])
+def test_mocap_bodies_get_wxyz(free: bool) -> None:
+    """Hand bases, and the base of a fixed object, become mocap poses with the scalar first."""
+    rows, sample = packed(free), random_sample(WORLD_COUNT)
+    pack(rows, sample, np.ones(WORLD_COUNT, int))
+    control, layout = rows.control.numpy(), rows.layout
+    poses = [
+        (
+            sample.hand_base[:, hand],
+            layout.hand_mocap_position.numpy()[hand],
+            layout.hand_mocap_quaternion.numpy()[hand],
+        )
+        for hand in range(HAND_COUNT)
+    ]
+    if not free:
+        poses.append((sample.pose, layout.object_mocap_position, layout.object_mocap_quaternion))
+    for pose, position, quaternion in poses:
+        np.testing.assert_allclose(control[:, position : position + 3], pose[:, :3], atol=1e-7)
+        np.testing.assert_allclose(control[:, quaternion : quaternion + 4], pose[:, [6, 3, 4, 5]], atol=1e-7)
+
+
+def test_only_masked_worlds_are_packed() -> None:
+    """Rows of other worlds keep every number."""
+    rows = packed(free=True)
+    state, control = rows.state.numpy().copy(), rows.control.numpy().copy()
+    mask = np.arange(WORLD_COUNT) % 2
+    pack(rows, random_sample(WORLD_COUNT), mask)
+    for now, before in ((rows.state.numpy(), state), (rows.control.numpy(), control)):
+        np.testing.assert_array_equal(now[mask == 0], before[mask == 0])
+        assert (now[mask == 1] != before[mask == 1]).any(axis=1).all()
+
+
+def test_a_clock_that_was_set_back_is_divergence() -> None:
+    """MuJoCo's own reset sets time to zero, and not a number is no time either; both mark the world."""
+    rows = packed(free=True)
+    pack(rows, random_sample(WORLD_COUNT), np.ones(WORLD_COUNT, int))
+    state = rows.state.numpy().copy()
+    state[:, 0] += 0.01
+    state[1, 0], state[4, 0] = 0.01, np.nan
+    rows.state.assign(state)
+    _, diverged = unpack(rows, states.object_state(WORLD_COUNT))
+    np.testing.assert_array_equal(diverged, [0, 1, 0, 0, 1, 0])
+
+
+def test_contact_forces_are_averaged() -> None:
+    """The first substep replaces what was there, the others add to it."""
+    rng = np.random.default_rng(0)
+    layout = packed(free=True).layout
+    readings = rng.normal(size=(4, WORLD_COUNT, 3 * HAND_COUNT * LINK_COUNT * len(PARTS)))
+    hands = states.hand_state(WORLD_COUNT, HAND_COUNT)
+    hands.contact_force.fill_(wp.vec3(5.0, 5.0, 5.0))
+    for substep, reading in enumerate(readings):
+        wp.launch(
+            mujoco_state.accumulate_contact_force,
+            (WORLD_COUNT, HAND_COUNT),
+            inputs=[wp.array(reading, dtype=wp.float64), layout, 0.25, int(substep == 0)],
+            outputs=[hands],
+        )
+    columns = layout.contact_sensor.numpy()[..., None] + np.arange(3)
+    np.testing.assert_allclose(hands.contact_force.numpy(), readings.mean(axis=0)[:, columns], atol=1e-6)
+
+
+def test_torques_reach_their_columns() -> None:
+    """Each joint's torque lands where MuJoCo applies it, and nothing else of the controls changes."""
+    rows = packed(free=True)
+    before = rows.control.numpy().copy()
+    torque = random_sample(WORLD_COUNT).joint_q
+    wp.launch(
+        mujoco_state.pack_torques,
+        (WORLD_COUNT, HAND_COUNT),
+        inputs=[wp.array(torque, dtype=float), rows.layout, rows.control],
+    )
+    before[:, rows.layout.hand_force.numpy()] = torque.astype(np.float32)
+    np.testing.assert_array_equal(rows.control.numpy(), before)
+
+
+def test_a_free_base_moves_as_mujoco_says() -> None:
+    """Our velocity (of the frame's origin, world frame) is MuJoCo's own of that body, whose centre of mass is away."""
+    model = mujoco.MjModel.from_xml_string("""
+        <mujoco><worldbody><body name="base"><freejoint/><geom size=".1" pos=".3 .2 -.1"/>
+        <body name="lid" pos="0 .1 .1"><joint name="hinge" axis="-1 0 0"/><geom size=".05" pos="0 -.1 0"/></body>
+        </body></worldbody></mujoco>
+    """)
+    layout = mujoco_state.StateLayout()
+    layout.hand_qpos = layout.hand_qvel = layout.hand_force = wp.zeros((0, DOF_COUNT), dtype=int)
+    layout.hand_mocap_position = layout.hand_mocap_quaternion = wp.zeros(0, dtype=int)
+    layout.contact_sensor = wp.zeros((0, LINK_COUNT, len(PARTS)), dtype=int)
+    layout.object_qpos, layout.hinge_qpos = 1, 8
+    layout.object_qvel, layout.hinge_qvel = 9, 15
+    size = mujoco.mj_stateSize(model, FULL_PHYSICS)
+    rows = Packed(layout, wp.zeros((WORLD_COUNT, size), dtype=wp.float64), wp.zeros((WORLD_COUNT, 0), dtype=wp.float64))
+    sample = random_sample(WORLD_COUNT)
+    pack(rows, sample, np.ones(WORLD_COUNT, int))
+    data = mujoco.MjData(model)
+    for world in range(WORLD_COUNT):
+        mujoco.mj_setState(model, data, rows.state.numpy()[world], FULL_PHYSICS)
+        mujoco.mj_forward(model, data)
+        body = data.body("base")
+        np.testing.assert_allclose(body.xpos, sample.pose[world, :3], atol=1e-6)
+        quaternions_agree(body.xquat, sample.pose[world, [6, 3, 4, 5]])
+        velocity = np.empty(6)
+        mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, body.id, velocity, 0)
+        np.testing.assert_allclose(np.roll(velocity, 3), sample.velocity[world], atol=1e-5)
+        assert data.joint("hinge").qpos[0] == pytest.approx(sample.hinge_q[world], abs=1e-6)
+        assert data.joint("hinge").qvel[0] == pytest.approx(sample.hinge_qd[world], abs=1e-6)
