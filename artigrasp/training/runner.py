@@ -80,7 +80,7 @@ class Runner:
         self.learner.train_mode()
         try:
             while self.iteration < iterations:
-                report = self._iterate()
+                report = self.iterate()
                 for name, value in report.metrics.items():
                     writer.add_scalar(name, value, report.control_steps)
                 on_iteration(report)
@@ -88,6 +88,36 @@ class Runner:
                     self.save()
         finally:
             writer.close()
+
+    def iterate(self) -> IterationReport:
+        """Collect with the present policy, then learn from it; writes nothing."""
+        start = time.perf_counter()
+        observations = self.env.get_observations()
+        with torch.inference_mode():
+            for _ in range(self.task.ppo.steps_per_env):
+                actions = self.learner.act(observations)
+                observations, rewards, dones, extras = self.env.step(actions)
+                self.learner.process_env_step(observations, rewards, dones, extras)
+            self.learner.compute_returns(observations)
+        collected = time.perf_counter()
+        losses = self.learner.update()
+        learned = time.perf_counter()
+        self.iteration += 1
+        self.control_steps += (
+            self.task.ppo.steps_per_env * self.env.decision_interval * self.env.environment.world_count
+        )
+        self.wall_time += learned - start
+        metrics = {f"Loss/{name}": value for name, value in losses.items()}
+        metrics["Policy/std"] = float(self.learner.get_policy().output_std.mean().detach())
+        metrics["Policy/learning_rate"] = self.learner.learning_rate
+        metrics |= self.env.pop_episode_means()
+        metrics["Time/collect"], metrics["Time/learn"] = collected - start, learned - collected
+        if "Episode/success" in metrics:
+            success, error = metrics["Episode/success"], metrics["Episode/angle_error"]
+            self.curve.append(CurvePoint(self.iteration, self.control_steps, self.wall_time, success, error))
+        return IterationReport(
+            self.iteration, self.control_steps, self.wall_time, collected - start, learned - collected, metrics
+        )
 
     def save(self) -> None:
         """Write checkpoint, policy and learning curve of the present iteration over those before."""
@@ -144,35 +174,6 @@ class Runner:
         self.env.restart()
         self.iteration, self.control_steps, self.wall_time = policy.iteration, policy.control_steps, policy.wall_time
         self.curve = [point for point in read_curve(self.folder) if point.iteration <= self.iteration]
-
-    def _iterate(self) -> IterationReport:
-        start = time.perf_counter()
-        observations = self.env.get_observations()
-        with torch.inference_mode():
-            for _ in range(self.task.ppo.steps_per_env):
-                actions = self.learner.act(observations)
-                observations, rewards, dones, extras = self.env.step(actions)
-                self.learner.process_env_step(observations, rewards, dones, extras)
-            self.learner.compute_returns(observations)
-        collected = time.perf_counter()
-        losses = self.learner.update()
-        learned = time.perf_counter()
-        self.iteration += 1
-        self.control_steps += (
-            self.task.ppo.steps_per_env * self.env.decision_interval * self.env.environment.world_count
-        )
-        self.wall_time += learned - start
-        metrics = {f"Loss/{name}": value for name, value in losses.items()}
-        metrics["Policy/std"] = float(self.learner.get_policy().output_std.mean().detach())
-        metrics["Policy/learning_rate"] = self.learner.learning_rate
-        metrics |= self.env.pop_episode_means()
-        metrics["Time/collect"], metrics["Time/learn"] = collected - start, learned - collected
-        if "Episode/success" in metrics:
-            success, error = metrics["Episode/success"], metrics["Episode/angle_error"]
-            self.curve.append(CurvePoint(self.iteration, self.control_steps, self.wall_time, success, error))
-        return IterationReport(
-            self.iteration, self.control_steps, self.wall_time, collected - start, learned - collected, metrics
-        )
 
 
 def _settings(ppo: PPOConfig, env: HandVecEnv) -> dict[str, Any]:
