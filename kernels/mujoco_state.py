@@ -8,6 +8,7 @@ import warp as wp
 
 from .states import HandState, ObjectState
 
+wp.set_module_options({"enable_backward": False})
 
 START_TIME = wp.constant(wp.float64(1.0))
 """Clock of a world after a reset [s]; MuJoCo's own resets set it to zero."""
@@ -62,17 +63,51 @@ def write_vector(row: wp.array[wp.float64], column: int, v: wp.vec3):
 
 
 @wp.kernel
-def unpack_hands(
-    state: wp.array2d[wp.float64],
+def finish_substep(
+    next_state: wp.array2d[wp.float64],
+    sensor: wp.array2d[wp.float64],
     layout: StateLayout,
+    first_velocity: int,
+    acceleration_per_velocity_change: wp.array[wp.float64],
+    weight: float,
+    first: int,
     # outputs
+    state: wp.array2d[wp.float64],
+    warmstart: wp.array2d[wp.float64],
     hands: HandState,
 ):
-    """Joint coordinates [rad, m] and velocities of every hand; launched over [world, hand]."""
-    world, hand = wp.tid()
-    for dof in range(layout.hand_qpos.shape[1]):
-        hands.joint_q[world, hand, dof] = float(state[world, layout.hand_qpos[hand, dof]])
-        hands.joint_qd[world, hand, dof] = float(state[world, layout.hand_qvel[hand, dof]])
+    """Take over what MuJoCo computed in a substep; launched over [world].
+
+    One kernel, since each of its four parts is over sooner than a launch takes.
+
+    Args:
+        next_state: [W, S] state rows after the substep.
+        sensor: [W, K] sensor rows.
+        layout: columns.
+        first_velocity: first of the state's velocity columns.
+        acceleration_per_velocity_change: [V] guess of the acceleration from what a substep adds to the velocity, 1/s.
+        weight: of this substep's contact forces in their mean.
+        first: 1 in the first substep, whose forces replace those of the control step before.
+        state: [W, S] in and out: the state rows before and after.
+        warmstart: [W, V] output, accelerations from which the solver starts next.
+        hands: output: joint coordinates [rad, m], their rates, and net contact forces [N, world frame].
+    """
+    world = wp.tid()
+    for dof in range(warmstart.shape[1]):
+        change = next_state[world, first_velocity + dof] - state[world, first_velocity + dof]
+        warmstart[world, dof] = acceleration_per_velocity_change[dof] * change
+    for column in range(state.shape[1]):
+        state[world, column] = next_state[world, column]
+    for hand in range(layout.hand_qpos.shape[0]):
+        for dof in range(layout.hand_qpos.shape[1]):
+            hands.joint_q[world, hand, dof] = float(next_state[world, layout.hand_qpos[hand, dof]])
+            hands.joint_qd[world, hand, dof] = float(next_state[world, layout.hand_qvel[hand, dof]])
+        for link in range(layout.contact_sensor.shape[1]):
+            for part in range(layout.contact_sensor.shape[2]):
+                force = weight * read_vector(sensor[world], layout.contact_sensor[hand, link, part])
+                if first == 0:
+                    force += hands.contact_force[world, hand, link, part]
+                hands.contact_force[world, hand, link, part] = force
 
 
 @wp.kernel
@@ -104,25 +139,6 @@ def unpack_object(
 
 
 @wp.kernel
-def accumulate_contact_force(
-    sensor: wp.array2d[wp.float64],
-    layout: StateLayout,
-    weight: float,
-    first: int,
-    # outputs
-    hands: HandState,
-):
-    """Add one substep's net contact force [N, world frame] per link and part; launched over [world, hand]."""
-    world, hand = wp.tid()
-    for link in range(layout.contact_sensor.shape[1]):
-        for part in range(layout.contact_sensor.shape[2]):
-            force = weight * read_vector(sensor[world], layout.contact_sensor[hand, link, part])
-            if first == 0:
-                force += hands.contact_force[world, hand, link, part]
-            hands.contact_force[world, hand, link, part] = force
-
-
-@wp.kernel
 def pack_torques(joint_torque: wp.array3d[float], layout: StateLayout, control: wp.array2d[wp.float64]):
     """Write joint torques into qfrc_applied; launched over [world, hand]."""
     world, hand = wp.tid()
@@ -140,7 +156,7 @@ def pack_state(
     state: wp.array2d[wp.float64],
     control: wp.array2d[wp.float64],
 ):
-    """Write the masked worlds' arrays into MuJoCo's vectors and set their clocks to `START_TIME`; launched over [world]."""
+    """Write the masked worlds' arrays into MuJoCo's vectors and their clocks to `START_TIME`; launched over [world]."""
     world = wp.tid()
     if world_mask[world] == 0:
         return

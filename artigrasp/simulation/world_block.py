@@ -74,65 +74,63 @@ class WorldBlock:
             substeps: Simulation steps per control step.
         """
         self.rows = rows
-        self._substeps = substeps
         self._packed = packed = packed.rows(rows)
         self._next_state = np.empty_like(packed.state)
-        velocity = slice(1 + model.nq, 1 + model.nq + model.nv)
-        self._velocity, self._next_velocity = packed.state[:, velocity], self._next_state[:, velocity]
-        # The implicit integrator takes the joints' damping at the end of the step, so that velocities change by less
-        # than acceleration times timestep: by this factor where the inertia matrix is diagonal, as it nearly is here.
-        self._acceleration_per_velocity_change = 1.0 / model.opt.timestep + model.dof_damping / model.dof_M0
+        # rollout does not tell the accelerations it ended with, from which its next call should start: they are guessed
+        # from what the velocities changed by. That is less than acceleration times timestep, for the integrator takes
+        # the joints' damping at the end of the step: by this factor if the inertia matrix is diagonal, as it nearly is.
+        acceleration_per_velocity_change = wp.array(
+            1.0 / model.opt.timestep + model.dof_damping / model.dof_M0, dtype=wp.float64, device="cpu"
+        )
         self._models = [model] * len(packed.state)
         self._data = [mujoco.MjData(model)]
         self._rollout = Rollout(nthread=0)
 
         hands = states.slice_worlds(states.HandState, state.hands, rows)
         objects = states.slice_worlds(states.ObjectState, state.objects, rows)
-        mujoco_rows, control, sensor = (
+        mujoco_state_rows, control, sensor, warmstart, next_state = (
             wp.array(each, dtype=wp.float64, device="cpu", copy=False)
-            for each in (packed.state, packed.control, packed.sensor)
+            for each in (packed.state, packed.control, packed.sensor, packed.warmstart, self._next_state)
         )
-        weight = 1.0 / substeps
-        shape = hands.joint_q.shape[:2]
-        self._pack_torques = _record(mujoco_state.pack_torques, shape, [joint_torque[rows], layout, control])
-        self._unpack_hands = _record(mujoco_state.unpack_hands, shape, [mujoco_rows, layout, hands])
-        self._first_force, self._further_force = (
-            _record(mujoco_state.accumulate_contact_force, shape, [sensor, layout, weight, first, hands])
-            for first in (1, 0)
+        worlds, hand_count = hands.joint_q.shape[:2]
+        self._pack_torques = _record(
+            mujoco_state.pack_torques, (worlds, hand_count), [joint_torque[rows], layout, control]
         )
+        self._finish_substep = [
+            _record(
+                mujoco_state.finish_substep,
+                (worlds,),
+                [
+                    next_state, sensor, layout, 1 + model.nq, acceleration_per_velocity_change, 1.0 / substeps,
+                    int(substep == 0), mujoco_state_rows, warmstart, hands,
+                ],
+            )
+            for substep in range(substeps)
+        ]  # fmt: skip
         self._unpack_object = _record(
-            mujoco_state.unpack_object, shape[:1], [mujoco_rows, layout, objects, state.diverged[rows]]
+            mujoco_state.unpack_object, (worlds,), [mujoco_state_rows, layout, objects, state.diverged[rows]]
         )
 
     def step(self, apply_torques: Callable[[slice], None]) -> None:
         """Advance the block by one control step; see :meth:`CpuSimulation.step`."""
-        for substep in range(self._substeps):
+        packed = self._packed
+        for finish_substep in self._finish_substep:
             apply_torques(self.rows)
             self._pack_torques.launch()
-            self._advance()
-            self._unpack_hands.launch()
-            (self._first_force if substep == 0 else self._further_force).launch()
+            self._rollout.rollout(
+                self._models,
+                self._data,
+                packed.state,
+                packed.control,
+                control_spec=CONTROL,
+                skip_checks=True,
+                nstep=1,
+                initial_warmstart=packed.warmstart,
+                state=self._next_state,
+                sensordata=packed.sensor,
+            )
+            finish_substep.launch()
         self._unpack_object.launch()
-
-    def _advance(self) -> None:
-        """One simulation step."""
-        packed = self._packed
-        self._rollout.rollout(
-            self._models,
-            self._data,
-            packed.state,
-            packed.control,
-            control_spec=CONTROL,
-            skip_checks=True,
-            nstep=1,
-            initial_warmstart=packed.warmstart,
-            state=self._next_state,
-            sensordata=packed.sensor,
-        )
-        # rollout does not tell the accelerations it ended with, from which the next call should start
-        np.subtract(self._next_velocity, self._velocity, out=packed.warmstart)
-        np.multiply(packed.warmstart, self._acceleration_per_velocity_change, out=packed.warmstart)
-        packed.state[:] = self._next_state
 
 
 def split_worlds(world_counts: Sequence[int], block_count: int) -> list[tuple[int, slice]]:

@@ -57,9 +57,44 @@ def unpack(rows: Packed, objects: states.ObjectState) -> tuple[states.HandState,
     """Read the rows into a zeroed hand state and the given object state; the flags of diverged worlds."""
     hands = states.hand_state(WORLD_COUNT, HAND_COUNT)
     diverged = wp.zeros(WORLD_COUNT, dtype=int)
-    wp.launch(mujoco_state.unpack_hands, (WORLD_COUNT, HAND_COUNT), inputs=[rows.state, rows.layout], outputs=[hands])
+    finish_substep(rows.layout, rows.state.numpy(), hands=hands)
     wp.launch(mujoco_state.unpack_object, WORLD_COUNT, inputs=[rows.state, rows.layout], outputs=[objects, diverged])
     return hands, diverged.numpy()
+
+
+def finish_substep(
+    layout: mujoco_state.StateLayout,
+    next_state: np.ndarray,
+    *,
+    hands: states.HandState,
+    state: np.ndarray | None = None,
+    sensor: np.ndarray | None = None,
+    first: bool = True,
+    acceleration_per_velocity_change: np.ndarray | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Launch the kernel of that name, a quarter of whose forces count; the new state and warm start.
+
+    The last columns of the state are its velocities.
+    """
+    sensor_size = 3 * HAND_COUNT * LINK_COUNT * len(PARTS)
+    sensor = np.zeros((WORLD_COUNT, sensor_size)) if sensor is None else sensor
+    gain = np.ones(5) if acceleration_per_velocity_change is None else acceleration_per_velocity_change
+    warmstart = wp.zeros((WORLD_COUNT, len(gain)), dtype=wp.float64)
+    state_rows = wp.array(np.zeros_like(next_state) if state is None else state, dtype=wp.float64)
+    wp.launch(
+        mujoco_state.finish_substep,
+        WORLD_COUNT,
+        inputs=[
+            *(wp.array(each, dtype=wp.float64) for each in (next_state, sensor)),
+            layout,
+            next_state.shape[1] - len(gain),
+            wp.array(gain, dtype=wp.float64),
+            0.25,
+            int(first),
+        ],
+        outputs=[state_rows, warmstart, hands],
+    )
+    return state_rows.numpy(), warmstart.numpy()
 
 
 def quaternions_agree(found: np.ndarray, expected: np.ndarray) -> None:
@@ -142,14 +177,25 @@ def test_contact_forces_are_averaged() -> None:
     hands = states.hand_state(WORLD_COUNT, HAND_COUNT)
     hands.contact_force.fill_(wp.vec3(5.0, 5.0, 5.0))
     for substep, reading in enumerate(readings):
-        wp.launch(
-            mujoco_state.accumulate_contact_force,
-            (WORLD_COUNT, HAND_COUNT),
-            inputs=[wp.array(reading, dtype=wp.float64), layout, 0.25, int(substep == 0)],
-            outputs=[hands],
-        )
+        finish_substep(layout, np.zeros((WORLD_COUNT, STATE_SIZE)), hands=hands, sensor=reading, first=substep == 0)
     columns = layout.contact_sensor.numpy()[..., None] + np.arange(3)
     np.testing.assert_allclose(hands.contact_force.numpy(), readings.mean(axis=0)[:, columns], atol=1e-6)
+
+
+def test_the_next_state_and_the_warm_start_are_taken_over() -> None:
+    """The state becomes the next one, and the solver starts from what the velocities changed by, times a gain."""
+    rng = np.random.default_rng(0)
+    before, after = rng.normal(size=(2, WORLD_COUNT, STATE_SIZE))
+    gain = rng.uniform(400.0, 1000.0, size=60)
+    state, warmstart = finish_substep(
+        packed(free=True).layout,
+        after,
+        hands=states.hand_state(WORLD_COUNT, HAND_COUNT),
+        state=before,
+        acceleration_per_velocity_change=gain,
+    )
+    np.testing.assert_array_equal(state, after)
+    np.testing.assert_allclose(warmstart, gain * (after - before)[:, -60:], rtol=1e-12)
 
 
 def test_torques_reach_their_columns() -> None:
