@@ -143,7 +143,7 @@ class Environment:
             inputs = [action, self.step_count, term.first_column, term.decision_interval]
             self._launch(episodes.latch_actions, hands, inputs, [term.held])
         self._set_targets.launch()
-        self.simulation.step(self._apply_torques)
+        self.simulation.step(self.apply_torques)
         for kernel in (self._count_step, self._forward_kinematics, *self._measure):
             kernel.launch()
 
@@ -273,7 +273,8 @@ class Environment:
             [hands, objects, self._object_model, goal, int(self.task.include_hinge_features), self.features],
         )
 
-    def _apply_torques(self, rows: slice) -> None:
+    def apply_torques(self, rows: slice) -> None:
+        """PD torques of some worlds, one of the simulation's ``torque_rows``, from its present state and ``target``."""
         self._torques[rows.start].launch()
 
     def _record(self, kernel: wp.Kernel, dim: int | tuple[int, ...], arguments: list[Any]) -> wp.Launch:
