@@ -28,7 +28,7 @@ from artigrasp.kernels import (
 )
 from artigrasp.kernels.layout import DOF_COUNT, FEATURE_COUNT
 from artigrasp.references.reference import ReferenceSet
-from artigrasp.simulation.cpu import CpuSimulation
+from artigrasp.simulation.backend import make_simulation
 from artigrasp.simulation.scene import Scene
 
 OPENED_ANGLE = 0.3
@@ -72,6 +72,8 @@ class Environment:
         *,
         seed: int = 0,
         noise: bool = True,
+        backend: str = "cpu",
+        device: str | None = None,
         thread_count: int | None = None,
     ) -> None:
         """Load the assets, compile the scenes and allocate the worlds.
@@ -82,10 +84,12 @@ class Environment:
             worlds: What each world plays.
             seed: Seed of everything that is drawn on the device.
             noise: Whether hands start with the task's noise.
+            backend: Physics, see :mod:`artigrasp.simulation.backend`.
+            device: Warp device of the backend.
             thread_count: Threads of the physics, all cores by default.
 
         Raises:
-            UserError: The references belong to different hand models, or an asset is missing.
+            UserError: The references belong to different hand models, or an asset, backend or device is missing.
         """
         self.task, self.seed, self.worlds = task, seed, worlds
         hand_names = sorted({each.hand for each in references})
@@ -98,7 +102,7 @@ class Environment:
         self.objects: tuple[ObjectModel, ...] = tuple(load_object(name) for name in self.object_names)
         scenes = [Scene(self.hands, each, task.fixed_base, task.physics) for each in self.objects]
         counts = np.bincount(worlds.object_index, minlength=len(scenes)).tolist()
-        self.simulation = CpuSimulation(scenes, counts, thread_count)
+        self.simulation = make_simulation(backend, scenes, counts, thread_count=thread_count, device=device)
         self.state = self.simulation.state
         self.device = self.simulation.device
         self.world_count, self.hand_count = worlds.world_count, len(self.hands)

@@ -14,6 +14,8 @@ def make_environment(
     *,
     split: str = "train",
     seed: int = 0,
+    backend: str = "cpu",
+    device: str | None = None,
     thread_count: int | None = None,
 ) -> Environment:
     """Share a task's worlds between objects; each world draws a reference of the split and a goal at every reset.
@@ -23,11 +25,14 @@ def make_environment(
         objects: Names of the objects.
         split: Split whose references are played.
         seed: Seed of everything that is drawn.
+        backend: Physics, see :mod:`artigrasp.simulation.backend`.
+        device: Warp device of the backend.
         thread_count: Threads of the physics, all cores by default.
 
     Raises:
-        UserError: An object is unknown or has no reference of the split and the task's kinds.
+        UserError: An object, backend or device is unknown, or an object has no reference of the split and the task's
+            kinds.
     """
     references = [load_references(name).select(split=split, kind=task.kinds) for name in objects]
     worlds = training_worlds(references, task.world_count)
-    return Environment(task, references, worlds, seed=seed, thread_count=thread_count)
+    return Environment(task, references, worlds, seed=seed, backend=backend, device=device, thread_count=thread_count)

@@ -23,7 +23,9 @@ HAND_BASE = "base"
 
 SUPPORT = "table"
 _HAND_COLLISION_GROUP = {"left": -2, "right": -1}
-_OBJECT_COLLISION_GROUP = 1
+"""In Newton a negative group collides with every group but itself."""
+_OBJECT_COLLISION_GROUP = -3
+_SUPPORT_COLLISION_GROUP = 1
 _UNLIMITED = 1e10
 """Joint limit from which on Newton makes no constraint of it."""
 _LIMIT_SOLREF = (0.02, 1.0)
@@ -86,7 +88,7 @@ def _scene_builder(scene: Scene) -> newton.ModelBuilder:
         _set_joint_dynamics(builder, hand)
     for shape in _add_asset(builder, scene.object.path, "object", PARTS, floating=not scene.fixed_base):
         builder.shape_collision_group[shape] = _OBJECT_COLLISION_GROUP
-    builder.shape_collision_group[table] = _OBJECT_COLLISION_GROUP
+    builder.shape_collision_group[table] = _SUPPORT_COLLISION_GROUP
     _set_contact_material(builder, scene.physics)
     return builder
 
@@ -106,6 +108,12 @@ def make_newton_solver(scene: Scene, model: newton.Model, **options: object) -> 
         kinematic_switchable_roots=False,
         **options,
     )
+
+
+def joint_and_axis(dof: str) -> tuple[str, int]:
+    """The joint that a hand coordinate of ``DOFS`` belongs to, and its place among the coordinates of that joint."""
+    link = dof.rsplit("_", 1)[0]
+    return f"{link}_joint", [each for each in DOFS if each.startswith(f"{link}_")].index(dof)
 
 
 def _add_asset(
@@ -131,9 +139,8 @@ def _set_joint_dynamics(builder: newton.ModelBuilder, hand: HandModel) -> None:
     that exceed the asset's limits.
     """
     for dof, name in enumerate(DOFS):
-        joint = builder.joint_label.index(f"{hand.side}/{name.rsplit('_', 1)[0]}_joint")
-        kinds = [each for each in DOFS if each.startswith(f"{name.rsplit('_', 1)[0]}_")]
-        coordinate = builder.joint_qd_start[joint] + kinds.index(name)
+        joint, axis = joint_and_axis(name)
+        coordinate = builder.joint_qd_start[builder.joint_label.index(f"{hand.side}/{joint}")] + axis
         builder.joint_damping[coordinate] = float(hand.damping[dof])
         builder.joint_armature[coordinate] = float(hand.armature[dof])
         builder.joint_effort_limit[coordinate] = float(hand.effort[dof])
