@@ -1,6 +1,7 @@
 """Policy files: the trained network with the task, hand and objects it was trained on."""
 
 import json
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -69,7 +70,8 @@ def load_policy(path: Path, task: str | None = None) -> PolicyFile:
     if not path.is_file():
         raise UserError(f"{path}: expected a policy file, found none")
     try:
-        contents = torch.load(path, map_location="cpu", weights_only=True)
+        with warnings.catch_warnings(action="ignore"):  # torch remarks on pickles that it then refuses
+            contents = torch.load(path, map_location="cpu", weights_only=True)
     except Exception as error:  # A damaged archive can fail in any way of zipfile, torch or the file system.
         raise UserError(
             f"{path}: expected a policy file with tensors and plain data only, found another file"
@@ -103,6 +105,7 @@ def load_policy(path: Path, task: str | None = None) -> PolicyFile:
 
 def make_actor(policy: PolicyFile) -> MLPModel:
     """The policy's network with its weights."""
-    actor = build_actor(policy.task.ppo, FEATURE_COUNT, action_count(policy.task.action))
+    with torch.random.fork_rng(devices=[]):  # whoever draws random numbers meanwhile draws the same
+        actor = build_actor(policy.task.ppo, FEATURE_COUNT, action_count(policy.task.action))
     actor.load_state_dict(policy.actor)
     return actor
