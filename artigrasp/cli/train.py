@@ -65,15 +65,11 @@ def run(options: Options) -> int:
 
     start_warp()
 
-    import torch
-
     from artigrasp.environment.make import make_environment
     from artigrasp.training.run_folder import new_run_folder, write_run_description
     from artigrasp.training.runner import POLICY, IterationReport, Runner
     from artigrasp.training.vec_env import HandVecEnv
 
-    # the physics owns the cores; a second pool of threads would only disturb it
-    torch.set_num_threads(1)
     threads = options.threads or os.cpu_count() or 1
     environment = make_environment(
         task, described.objects, split=described.split, seed=described.seed, thread_count=threads

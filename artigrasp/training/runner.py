@@ -61,6 +61,7 @@ class Runner:
         """
         self.env, self.folder, self.seed = env, folder, seed
         self.task = env.task
+        torch.set_num_threads(1)  # the physics owns the cores; a second pool of threads would only disturb it
         torch.manual_seed(seed)
         with contextlib.redirect_stdout(io.StringIO()):  # rsl-rl prints its networks
             self.learner = PPO.construct_algorithm(env.get_observations(), env, _settings(self.task.ppo, env), "cpu")
