@@ -1,0 +1,28 @@
+"""A policy that was never trained."""
+
+from typing import Any
+
+import torch
+
+from artigrasp.config import TaskConfig
+from artigrasp.controllers.network import build_actor
+from artigrasp.controllers.policy_file import PolicyFile
+from artigrasp.environment.environment import action_count
+from artigrasp.kernels.layout import FEATURE_COUNT
+
+
+def example_policy(task: TaskConfig, **changes: Any) -> PolicyFile:
+    """Random weights for a task."""
+    torch.manual_seed(0)
+    actor = build_actor(task.ppo, FEATURE_COUNT, action_count(task.action))
+    fields: dict[str, Any] = {
+        "task": task,
+        "hand": "open",
+        "objects": ("lidded-box",),
+        "seed": 3,
+        "iteration": 7,
+        "control_steps": 1200,
+        "wall_time": 1.5,
+        "actor": actor.state_dict(),
+    }
+    return PolicyFile(**(fields | changes))
