@@ -1,0 +1,123 @@
+"""What rsl-rl's learner is given."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+import warp as wp
+
+from artigrasp.kernels.layout import FEATURE_COUNT
+from artigrasp.training.vec_env import HandVecEnv
+from tests.training.examples import WORLD_COUNT, make_env, small_paper, small_synergy
+
+
+@pytest.fixture
+def env() -> HandVecEnv:
+    """Our task: two decisions of ten control steps per episode, and an outcome that is rewarded."""
+    return make_env(small_synergy())
+
+
+def break_world(env: HandVecEnv, world: int) -> None:
+    """Let the physics of one world fail in its next step."""
+    environment = env.environment
+    speed = environment.state.hands.joint_qd.numpy().copy()
+    speed[world, 0, 10] = np.nan
+    environment.state.hands.joint_qd.assign(speed)
+    mask = np.arange(WORLD_COUNT) == world
+    environment.simulation.write_state(wp.array(mask, dtype=int, device=environment.device))
+
+
+def test_shapes_and_types(env: HandVecEnv) -> None:
+    """One row per world and hand, of the types that rsl-rl stores."""
+    assert (env.num_envs, env.num_actions, env.max_episode_length) == (WORLD_COUNT, 12, 2)
+    observations = env.get_observations()
+    assert observations.batch_size == (WORLD_COUNT,) and observations["policy"].shape == (WORLD_COUNT, FEATURE_COUNT)
+    observations, rewards, dones, extras = env.step(torch.zeros(WORLD_COUNT, 12))
+    assert observations["policy"].shape == (WORLD_COUNT, FEATURE_COUNT) and rewards.dtype == torch.float32
+    for vector in (rewards, dones, extras["time_outs"]):
+        assert vector.shape == (WORLD_COUNT,)
+    assert dones.dtype == torch.long
+
+
+def test_observations_are_copies(env: HandVecEnv) -> None:
+    """What the learner stored does not change when the environment goes on."""
+    before = env.get_observations()["policy"]
+    kept = before.clone()
+    after = env.step(torch.ones(WORLD_COUNT, 12))[0]["policy"]
+    assert torch.equal(before, kept) and not torch.equal(after, kept)
+    rewards = env.step(torch.ones(WORLD_COUNT, 12))[1]
+    kept = rewards.clone()
+    env.step(torch.ones(WORLD_COUNT, 12))
+    assert torch.equal(rewards, kept)
+
+
+def test_rewards_within_a_decision_are_discounted() -> None:
+    """The control steps under one decision earn the sum of gamma^i r_i, as the same steps one by one show."""
+    gamma = 0.9
+    task = small_synergy(interval=10)
+    task = replace(task, ppo=replace(task.ppo, gamma=gamma), reward=small_paper().reward)
+    env, stepwise = make_env(task), make_env(task)
+    actions = torch.from_numpy(np.random.default_rng(0).normal(size=(WORLD_COUNT, 12)).astype(np.float32))
+    rewards = env.step(actions)[1]
+    expected = np.zeros(WORLD_COUNT)
+    for i in range(10):
+        stepwise.environment.step(wp.array(actions.numpy()[:, None], dtype=float, device="cpu"))
+        expected += gamma**i * stepwise.environment.reward.numpy()[:, 0]
+    assert np.ptp(expected) > 0.0
+    np.testing.assert_allclose(rewards.numpy(), expected, rtol=1e-5)
+
+
+def test_episodes_end_together_and_begin_anew(env: HandVecEnv) -> None:
+    """The last decision is done, what follows is the first observation of the next episode."""
+    first = env.get_observations()["policy"]
+    dones = [env.step(torch.zeros(WORLD_COUNT, 12))[2] for _ in range(4)]
+    assert [done.tolist() for done in dones] == [[0] * WORLD_COUNT, [1] * WORLD_COUNT] * 2
+    assert env.environment.episode.numpy().tolist() == [3] * WORLD_COUNT
+    assert not env.environment.step_count.numpy().any() and not env.episode_length_buf.any()
+    again = env.get_observations()["policy"]
+    assert again.shape == first.shape and not torch.equal(again, first)
+
+
+@pytest.mark.parametrize(("task", "expected"), [(small_synergy(), 0.0), (small_paper(), 1.0)], ids=["outcome", "paper"])
+def test_a_time_limit_is_no_end_unless_the_outcome_is_rewarded(task: object, expected: float) -> None:
+    """The paper's episodes could go on, so their value is added; an outcome that was paid is the end."""
+    env = make_env(task)
+    for step in range(env.max_episode_length):
+        _, _, dones, extras = env.step(torch.zeros(WORLD_COUNT, env.num_actions))
+        last = step == env.max_episode_length - 1
+        assert dones.tolist() == [int(last)] * WORLD_COUNT
+        assert extras["time_outs"].tolist() == [expected if last else 0.0] * WORLD_COUNT
+
+
+@pytest.mark.parametrize("task", [small_synergy(), small_paper()], ids=["outcome", "paper"])
+def test_failed_worlds_teach_nothing(task: object) -> None:
+    """A world whose physics failed starts again, earns what was expected of it, and never shows what is no number."""
+    env = make_env(task)
+    break_world(env, 2)
+    observations, rewards, dones, extras = env.step(torch.zeros(WORLD_COUNT, env.num_actions))
+    failed = torch.arange(WORLD_COUNT) == 2
+    assert torch.equal(dones.bool(), failed) and torch.equal(extras["time_outs"].bool(), failed)
+    assert rewards[2] == 0.0 and (rewards[~failed] != 0.0).all()
+    assert torch.isfinite(rewards).all() and torch.isfinite(observations["policy"]).all()
+    assert env.episode_length_buf.tolist() == [0 if each else 1 for each in failed]
+    assert env.environment.step_count.numpy()[2] == 0 and not env.environment.metrics.failure.numpy().any()
+    means = env.pop_episode_means()
+    assert means["Episode/failed"] == 1.0 and means["Episode/success"] == 0.0
+    assert all(np.isfinite(value) for value in means.values())
+    assert not any(name.startswith("Reward/") for name in means), "no sound episode ended"
+
+
+def test_means_are_over_episodes(env: HandVecEnv) -> None:
+    """Each episode counts once, whenever it ended; the reward terms of sound ones add up to what was earned."""
+    ppo = replace(env.task.ppo, gamma=1.0)
+    env = make_env(replace(env.task, ppo=ppo))
+    break_world(env, 0)
+    earned = torch.zeros(WORLD_COUNT)
+    for _ in range(2):
+        earned += env.step(torch.zeros(WORLD_COUNT, 12))[1]
+    means = env.pop_episode_means()
+    assert means["Episode/failed"] == pytest.approx(1 / WORLD_COUNT), "five whole episodes and one that failed"
+    terms = sum(value for name, value in means.items() if name.startswith("Reward/"))
+    assert terms == pytest.approx(float(earned[1:].mean()), rel=1e-4)
+    assert env.pop_episode_means() == {}
