@@ -1,8 +1,10 @@
 """Small tasks that train in a moment."""
 
+import functools
 from dataclasses import replace
 
 from artigrasp.config import TaskConfig
+from artigrasp.environment.environment import Environment
 from artigrasp.tasks import get_task
 from artigrasp.training.vec_env import HandVecEnv
 from tests.environment.examples import box_environment
@@ -31,5 +33,17 @@ def small_paper(episode_steps: int = 6) -> TaskConfig:
 
 
 def make_env(task: TaskConfig, seed: int = 0) -> HandVecEnv:
-    """Worlds of a task on the lidded box, as rsl-rl sees them."""
+    """Worlds of a task on the lidded box as rsl-rl sees them, at their beginning; the next of them ends this one."""
+    environment = _environment(task, seed)
+    environment.episode.zero_()
+    return HandVecEnv(environment)
+
+
+def make_new_env(task: TaskConfig, seed: int = 0) -> HandVecEnv:
+    """The same, shared with nobody."""
     return HandVecEnv(box_environment(task, task.world_count, seed=seed))
+
+
+@functools.cache
+def _environment(task: TaskConfig, seed: int) -> Environment:
+    return box_environment(task, task.world_count, seed=seed)

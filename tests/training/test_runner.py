@@ -11,11 +11,18 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 from artigrasp.config import TaskConfig
 from artigrasp.controllers.policy_file import load_policy, save_policy
 from artigrasp.errors import UserError
+from artigrasp.training import run_folder
 from artigrasp.training import runner as runner_module
 from artigrasp.training.runner import CHECKPOINT, POLICY, IterationReport, Runner
-from tests.training.examples import WORLD_COUNT, make_env, small_paper, small_synergy
+from tests.training.examples import WORLD_COUNT, make_env, make_new_env, small_paper, small_synergy
 
 FILES = ["latest.pt", "learning_curve.csv", "learning_curve.png", "policy.pt"]
+
+
+@pytest.fixture(autouse=True)
+def without_plots(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Drawing takes longer than training here; the curve's own tests draw it."""
+    monkeypatch.setattr(run_folder, "_plot_curve", lambda target, points, title: target.touch())
 
 
 def bandit() -> TaskConfig:
@@ -44,13 +51,13 @@ def assert_equal_weights(found: dict[str, torch.Tensor], expected: dict[str, tor
 
 @pytest.mark.parametrize("task", [bandit(), small_paper()], ids=["bandit", "paper"])
 def test_a_resumed_run_goes_on_as_if_never_stopped(task: TaskConfig, tmp_path: Path) -> None:
-    """Two and two iterations in two processes' worth of objects are the four of one run, bit for bit."""
-    whole = make_runner(task, tmp_path / "whole")
+    """Two and two iterations of learners and environments that share nothing are the four of one run, bit for bit."""
+    whole = Runner(make_new_env(task), tmp_path / "whole", seed=0)
     reports: list[IterationReport] = []
     whole.learn(4, reports.append)
     assert [report.iteration for report in reports] == [1, 2, 3, 4]
-    make_runner(task, tmp_path / "parts").learn(2)
-    resumed = make_runner(task, tmp_path / "parts")
+    Runner(make_new_env(task), tmp_path / "parts", seed=0).learn(2)
+    resumed = Runner(make_new_env(task), tmp_path / "parts", seed=0)
     torch.rand(17)  # whatever else was drawn meanwhile
     resumed.resume()
     assert (resumed.iteration, resumed.control_steps) == (2, 2 * WORLD_COUNT * task.episode_steps)

@@ -9,7 +9,7 @@ import warp as wp
 
 from artigrasp.kernels.layout import FEATURE_COUNT
 from artigrasp.training.vec_env import HandVecEnv
-from tests.training.examples import WORLD_COUNT, make_env, small_paper, small_synergy
+from tests.training.examples import WORLD_COUNT, make_env, make_new_env, small_paper, small_synergy
 
 
 @pytest.fixture
@@ -57,7 +57,7 @@ def test_rewards_within_a_decision_are_discounted() -> None:
     gamma = 0.9
     task = small_synergy(interval=10)
     task = replace(task, ppo=replace(task.ppo, gamma=gamma), reward=small_paper().reward)
-    env, stepwise = make_env(task), make_env(task)
+    env, stepwise = make_new_env(task), make_new_env(task)
     actions = torch.from_numpy(np.random.default_rng(0).normal(size=(WORLD_COUNT, 12)).astype(np.float32))
     rewards = env.step(actions)[1]
     expected = np.zeros(WORLD_COUNT)
