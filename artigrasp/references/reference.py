@@ -122,9 +122,9 @@ def load_references(object_name: str) -> ReferenceSet:
     Raises:
         UserError: the object has none, or the file is malformed; names the file, the field and the index.
     """
-    if object_name not in (objects := list_assets("objects")):
-        raise unknown("object", object_name, objects)
     if object_name not in (names := list_assets("references")):
+        if object_name not in (objects := list_assets("objects")):
+            raise unknown("object", object_name, objects)
         raise UserError(f"object {object_name!r}: found no references; there are some of {', '.join(names) or 'none'}")
     return read_references(find_asset("references", object_name))
 
