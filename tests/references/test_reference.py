@@ -58,7 +58,7 @@ def test_load_finds_by_object_name(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setenv("ARTIGRASP_ASSETS", str(tmp_path))
     save_references(tmp_path / "references" / "drawer.npz", replace(example(), object="drawer"))
     assert load_references("drawer").object == "drawer"
-    with pytest.raises(UserError, match="unknown reference 'drawers': did you mean 'drawer'"):
+    with pytest.raises(UserError, match="unknown object 'drawers'"):
         load_references("drawers")
 
 
