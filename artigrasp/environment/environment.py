@@ -142,10 +142,9 @@ class Environment:
         Args:
             action: [W, H, action_count]; a term takes its columns only when a decision of it is due.
         """
-        hands = (self.world_count, self.hand_count)
-        for term in self._terms:
-            inputs = [action, self.step_count, term.first_column, term.decision_interval]
-            self._launch(episodes.latch_actions, hands, inputs, [term.held])
+        for latch in self._latch_actions:
+            latch.set_param_at_index(0, action)
+            latch.launch()
         self._set_targets.launch()
         self.simulation.step(self.apply_torques)
         for kernel in (self._count_step, self._forward_kinematics, *self._measure):
@@ -232,6 +231,15 @@ class Environment:
         """The launches of every control step, whose arguments stay the same: packing them anew would take longer."""
         hands, objects, goal = self.state.hands, self.state.objects, self.goal
         every_hand = (self.world_count, self.hand_count)
+        no_action = wp.zeros((*every_hand, self.action_count), dtype=float, device=self.device)
+        self._latch_actions = [
+            self._record(
+                episodes.latch_actions,
+                every_hand,
+                [no_action, self.step_count, term.first_column, term.decision_interval, term.held],
+            )
+            for term in self._terms
+        ]
         self._set_targets = self._record(
             actions.pd_targets,
             every_hand,

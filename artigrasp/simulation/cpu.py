@@ -21,9 +21,6 @@ logger = logging.getLogger(__name__)
 # marked in the state, so a warning is only for those who debug.
 mujoco.set_mju_user_warning(logger.debug)
 
-_BLOCKS_PER_THREAD = 2
-"""More would balance the load better, and launch more kernels."""
-
 
 class CpuSimulation:
     """Worlds in contiguous slices, one slice and one compiled MuJoCo model per scene.
@@ -77,11 +74,13 @@ class CpuSimulation:
             wp.array(each, dtype=wp.float64, device=self.device, copy=False)
             for each in (self.packed.state, self.packed.control)
         )
+        # More blocks launch more kernels, and balance the load where scenes differ in what they cost.
+        block_count = self.thread_count * (1 if len(scenes) == 1 else 2)
         self._blocks = [
             WorldBlock(
                 self.models[scene], rows, self.packed, self.state, self.joint_torque, self._layout, self.substeps
             )
-            for scene, rows in split_worlds(world_counts, _BLOCKS_PER_THREAD * self.thread_count)
+            for scene, rows in split_worlds(world_counts, block_count)
         ]
         self.torque_rows = tuple(block.rows for block in self._blocks)
         self._threads = ThreadPoolExecutor(self.thread_count, thread_name_prefix="physics")
