@@ -120,13 +120,17 @@ def load_references(object_name: str) -> ReferenceSet:
     """Load the references of an object from the asset roots.
 
     Raises:
-        UserError: the object has none, or the file is malformed; names the file, the field and the index.
+        UserError: the object has none, or the file is malformed or of another object; names the file, the field and
+            the index.
     """
     if object_name not in (names := list_assets("references")):
         if object_name not in (objects := list_assets("objects")):
             raise unknown("object", object_name, objects)
         raise UserError(f"object {object_name!r}: found no references; there are some of {', '.join(names) or 'none'}")
-    return read_references(find_asset("references", object_name))
+    references = read_references(path := find_asset("references", object_name))
+    if references.object != object_name:
+        raise UserError(f"{path}: object: expected {object_name!r}, found {references.object!r}")
+    return references
 
 
 def read_references(path: Path) -> ReferenceSet:

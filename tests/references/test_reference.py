@@ -58,6 +58,9 @@ def test_load_finds_by_object_name(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setenv("ARTIGRASP_ASSETS", str(tmp_path))
     save_references(tmp_path / "references" / "drawer.npz", replace(example(), object="drawer"))
     assert load_references("drawer").object == "drawer"
+    save_references(tmp_path / "references" / "chest.npz", replace(example(), object="drawer"))
+    with pytest.raises(UserError, match=r"chest.npz: object: expected 'chest', found 'drawer'"):
+        load_references("chest")
     with pytest.raises(UserError, match="unknown object 'drawers'"):
         load_references("drawers")
 
