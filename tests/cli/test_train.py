@@ -1,0 +1,70 @@
+"""`artigrasp train`: a run from the command line, and one that is taken up again."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from artigrasp.cli import main
+from artigrasp.controllers.policy_file import load_policy
+
+FILES = {"run.json", "learning_curve.csv", "learning_curve.png", "latest.pt", "policy.pt"}
+
+
+def train(capsys: pytest.CaptureFixture[str], *words: str) -> dict:
+    """Train for JSON."""
+    assert main(["train", "quick", "--threads", "2", "--json", *words]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_a_run_and_its_continuation(work: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The folder holds all that the help promises; a resumed run keeps its settings and goes on to the new total."""
+    result = train(capsys, "--worlds", "4", "--seed", "3")
+    folder = Path(result["folder"])
+    assert folder.parent == Path("runs/quick") and result["policy"] == str(folder / "policy.pt")
+    assert (result["iterations"], result["control_steps"]) == (2, 2 * 20 * 4) and 0.0 <= result["success"] <= 1.0
+    assert {path.name for path in folder.iterdir() if "tfevents" not in path.name} == FILES
+    described = json.loads((folder / "run.json").read_text())
+    assert (described["objects"], described["split"], described["seed"]) == (["lidded-box"], "train", 3)
+    assert (described["task"]["world_count"], described["threads"]) == (4, 2)
+
+    again = train(capsys, "--resume", str(folder), "--iterations", "3")
+    assert (again["folder"], again["iterations"], again["control_steps"]) == (str(folder), 3, 3 * 20 * 4)
+    assert [path.name for path in Path("runs/quick").iterdir()] == [folder.name]
+    policy = load_policy(folder / "policy.pt", task="quick")
+    assert (policy.iteration, policy.seed, policy.task.iterations, policy.hand) == (3, 3, 3, "open")
+    rows = (folder / "learning_curve.csv").read_text().splitlines()
+    assert [row.split(",")[0] for row in rows] == ["iteration", "1", "2", "3"]
+
+
+def test_people_are_told_where_the_policy_is(work: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Results on standard output, what goes on on standard error."""
+    assert main(["train", "quick", "--iterations", "1", "--out", "mine"]) == 0
+    captured = capsys.readouterr()
+    (folder,) = Path("mine/quick").iterdir()
+    assert (
+        captured.out.startswith("1 iterations, 120 control steps, ")
+        and f"policy: {folder / 'policy.pt'}\n" in captured.out
+    )
+    assert f"training quick on lidded-box in {folder}\n" in captured.err
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["quick", "--worlds", "5"], "worlds: expected 5, found 6"),
+        (["quick", "--seed", "1"], "seed: expected 1, found 0"),
+        (["quick", "--split", "test"], "split: expected 'test', found 'train'"),
+        (["quick", "--objects", "box"], "objects: expected ('box',), found ('lidded-box',)"),
+        (["other"], "task: expected 'other', found 'quick'"),
+    ],
+)
+def test_a_resumed_run_keeps_what_it_was(
+    work: Path, words: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What is asked for must be what the run is; the run stays as it was."""
+    folder = train(capsys, "--iterations", "1")["folder"]
+    before = {path: path.read_bytes() for path in Path(folder).iterdir()}
+    assert main(["train", *words, "--resume", folder]) == 2
+    assert capsys.readouterr() == ("", f"error: {folder}/run.json: {message}\n")
+    assert {path: path.read_bytes() for path in Path(folder).iterdir()} == before
