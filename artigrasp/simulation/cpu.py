@@ -83,7 +83,9 @@ class CpuSimulation:
             for scene, rows in split_worlds(world_counts, block_count)
         ]
         self.torque_rows = tuple(block.rows for block in self._blocks)
-        self._threads = ThreadPoolExecutor(self.thread_count, thread_name_prefix="physics")
+        # the calling thread steps blocks too
+        self._helper_count = min(self.thread_count, len(self._blocks)) - 1
+        self._helpers = ThreadPoolExecutor(max(self._helper_count, 1), thread_name_prefix="physics")
 
     def step(self, apply_torques: Callable[[slice], None]) -> None:
         """Advance every world by one control step.
@@ -92,9 +94,18 @@ class CpuSimulation:
             apply_torques: Called before every substep with one of ``torque_rows``; fills ``joint_torque`` of these
                 worlds from ``state``. Calls for different worlds come from different threads at the same time.
         """
-        # map() raises what a block raised
-        for _ in self._threads.map(lambda block: block.step(apply_torques), self._blocks):
-            pass
+        blocks = iter(self._blocks)
+
+        def step_blocks() -> None:
+            for block in blocks:
+                block.step(apply_torques)
+
+        helpers = [self._helpers.submit(step_blocks) for _ in range(self._helper_count)]
+        try:
+            step_blocks()
+        finally:
+            for helper in helpers:
+                helper.result()
 
     def write_state(self, world_mask: wp.array) -> None:
         """Push ``state`` into the physics for the worlds whose mask (int, shape [world]) is not zero."""
