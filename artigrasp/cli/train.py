@@ -119,10 +119,8 @@ def describe_run(options: Options) -> "RunDescription":
 
     task = get_task(options.task)
     if options.resume is None:
-        run = RunDescription(task, DEFAULT_OBJECTS, split="train", seed=0)
-        given = {name: getattr(options, name) for name in ("objects", "split", "seed")}
-        run = replace(run, **{name: value for name, value in given.items() if value is not None})
-        changes = {"world_count": options.worlds}
+        task = replace(task, world_count=options.worlds or task.world_count)
+        run = RunDescription(task, options.objects or DEFAULT_OBJECTS, options.split or "train", options.seed or 0)
     else:
         run = read_run_description(options.resume)
         kept = {"task": run.task.name, "objects": run.objects, "split": run.split, "seed": run.seed}
@@ -130,6 +128,4 @@ def describe_run(options: Options) -> "RunDescription":
             asked = getattr(options, name)
             if asked is not None and asked != value:
                 raise UserError(f"{options.resume / RUN_FILE}: {name}: expected {asked!r}, found {value!r}")
-        changes = {}
-    changes["iterations"] = options.iterations
-    return replace(run, task=replace(run.task, **{name: each for name, each in changes.items() if each is not None}))
+    return replace(run, task=replace(run.task, iterations=options.iterations or run.task.iterations))
