@@ -27,9 +27,9 @@ STAGES = ("physics", "torques", "environment", "rollout", "training")
 STATE_COUNT = 20
 """Recorded states."""
 
-TURNS, TURN_STEPS = 3, 12
-"""Turns of each of the first three stages in a round, and their control steps; the first wakes the threads up and does
-not count."""
+TURNS = 3
+"""Turns of each of the first three stages in a round. A turn goes once through the states, after a step that wakes the
+threads up and does not count."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,8 @@ def measure_throughput(
     ============= =====================================================================================
 
     Every round is one PPO iteration; within it the other stages take turns, so that all of them meet the same load of
-    the machine. A first round warms up and does not count.
+    the machine. A first round warms up and does not count. Where other programs use the cores too, only the ratios mean
+    something, and those with a wide range mean little.
 
     What is the same in all stages: threads, models and the states from which control steps start, see
     :class:`RecordedStates`, with one exception: a decision that holds for many control steps starts from a recorded
@@ -130,6 +131,8 @@ def measure_throughput(
         on_round(done)
     del seconds[0]
 
+    ratios = {stage: [each["physics"] / each[stage] for each in seconds] for stage in STAGES}
+
     def result(stage: str) -> StageResult:
         return StageResult(
             backend="cpu",
@@ -139,11 +142,10 @@ def measure_throughput(
             worlds=world_count,
             stage=stage,
             control_steps_per_s=world_count / statistics.median(each[stage] for each in seconds),
-            ratio_to_physics=statistics.median(each["physics"] / each[stage] for each in seconds),
+            ratio_to_physics=statistics.median(ratios[stage]),
             peak_memory_mb=peaks[stage],
         )
 
-    ratios = {stage: [each["physics"] / each[stage] for each in seconds] for stage in STAGES}
     return Throughput(
         stages=tuple(result(stage) for stage in STAGES),
         ratio_ranges={stage: (min(each), max(each)) for stage, each in ratios.items()},
@@ -193,7 +195,7 @@ class _Stages:
     def take_turns(self) -> None:
         """Time some control steps of every stage, one stage after the other."""
         for name, step in self._steps.items():
-            for index in range(TURN_STEPS):
+            for index in range(STATE_COUNT + 1):
                 self._restore(index)
                 start = time.perf_counter()
                 step()
