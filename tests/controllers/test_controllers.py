@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import torch
 
+from artigrasp.assets.library import packaged_root
 from artigrasp.controllers.controller import Controller, PolicyController, ZeroController, pd_ik_controller
 from artigrasp.controllers.library import CONTROLLERS, load_controller
 from artigrasp.controllers.policy_file import save_policy
@@ -39,6 +40,19 @@ def test_pd_ik_opens_the_lid_and_the_papers_zero_action_does_not() -> None:
     references = box_references()
     assert (final_angles(pd_ik_controller(PAPER), references) > 0.3).all()
     np.testing.assert_allclose(final_angles(ZeroController(PAPER), references), 0.0, atol=0.05)
+
+
+def test_what_is_shipped_works(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """On the test references of the lidded box the shipped policy opens more than PD+IK, and zero action nothing."""
+    monkeypatch.setenv("ARTIGRASP_ASSETS", str(tmp_path))
+    references = load_references("lidded-box").select(split="test", kind="articulate")
+    policy = load_controller("policy", task=PAPER, policy=packaged_root() / "policies" / "lidded-box.pt")
+    opened = {
+        controller.name: (final_angles(controller, references) > 0.3).mean()
+        for controller in (policy, pd_ik_controller(policy.task), ZeroController(PAPER))
+    }
+    assert opened["policy"] > 0.7 and opened["policy"] > opened["pd-ik"] > 0.0 and opened["zero"] == 0.0
+    assert policy.hand == references.hand
 
 
 def test_they_do_so_on_arctic(arctic_assets: Path) -> None:

@@ -1,6 +1,7 @@
 """Episodes of many worlds: repeatable, independent of each other, finite, and controlled as the task says."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,11 +10,14 @@ from scipy.spatial.transform import Rotation
 
 from artigrasp.assets.object import load_object
 from artigrasp.config import ActionConfig, ResidualConfig, SynergyConfig
+from artigrasp.controllers.controller import pd_ik_controller
+from artigrasp.controllers.rollout import run_episode
 from artigrasp.environment.environment import Environment, action_count
 from artigrasp.environment.worlds import trial_worlds
 from artigrasp.errors import UserError
 from artigrasp.kernels.layout import feature_slice
 from artigrasp.kernels.rewards import TERMS
+from artigrasp.references.reference import load_references
 from tests.environment.examples import assert_same, box_environment, play, random_actions, snapshot, task_of
 from tests.example_references import RIGHT, box_references
 
@@ -209,6 +213,39 @@ def test_played_references_are_known(paper: Environment) -> None:
     environment = Environment(paper.task, references, trial_worlds(references, [1.0]), thread_count=2)
     environment.reset()
     assert environment.reference_rows().tolist() == [0, 1, 2, 0, 1]
+
+
+def test_objects_do_not_see_each_other(arctic_assets: Path) -> None:
+    """Trials of box and laptop side by side go as those of the laptop alone, bit for bit."""
+    controller = pd_ik_controller(task_of(episode_steps=120))
+    laptop, box = (
+        load_references(name).select(split="test", kind="articulate", indices=[0, 1]) for name in ("laptop", "box")
+    )
+    summaries = []
+    for references in ([box, laptop], [laptop]):
+        worlds = trial_worlds(references, [1.0])
+        environment = Environment(controller.task, references, worlds, noise=False, thread_count=2)
+        run_episode(environment, controller)
+        summaries.append(environment.episode_summary())
+    assert summaries[1]["max_angle_change"].max() > 0.02, "some lid should move"
+    for name, values in summaries[1].items():
+        np.testing.assert_array_equal(summaries[0][name][2:], values, err_msg=name)
+
+
+def test_two_hands_and_a_free_base(paper: Environment) -> None:
+    """Both are parameters: the hand that takes no part earns nothing and stays away, and the box stays on the table."""
+    task = replace(paper.task, hands=("left", "right"), fixed_base=False)
+    environment = box_environment(task, 3)
+    environment.reset()
+    before = snapshot(environment)
+    play(environment, random_actions(environment, 60))
+    after = snapshot(environment)
+    assert after["features"].shape == (3, 2, 279) and all(np.isfinite(array).all() for array in after.values())
+    assert not after["reward"][:, 0].any() and after["reward"][:, 1].all()
+    idle = np.linalg.norm(after["link_pose"][:, 0, 0, :3] - before["link_pose"][:, 0, 0, :3], axis=-1)
+    assert idle.max() < 0.05 and not after["contact_force"][:, 0].any()
+    assert not after["failed"].any() and after["max_displacement"].max() < 0.05
+    assert (after["pose"] != before["pose"]).any()
 
 
 def test_one_hand_model_for_all(paper: Environment) -> None:
