@@ -9,8 +9,10 @@ import trimesh
 from numpy.typing import NDArray
 
 from artigrasp.assets import hand_usd, object_usd
-from artigrasp.assets.decomposition import SETTINGS, volume_ratio
+from artigrasp.assets.decomposition import SETTINGS
+from artigrasp.assets.fidelity import volume_ratio
 from artigrasp.assets.hand import HandModel, read_hand
+from artigrasp.assets.holes import open_edges
 from artigrasp.assets.object import Mesh, ObjectModel, PartModel, read_object
 from artigrasp.assets.usd_stage import open_stage
 from artigrasp.errors import UserError
@@ -189,7 +191,7 @@ def _check_part(name: str, part: PartModel, findings: _Findings) -> dict[str, fl
         f"expected it within the part, found {np.round(part.com, 3).tolist()} m",
         "author physics:centerOfMass in the part's frame, in metres",
     )
-    edges = _open_edges(surface)
+    edges = open_edges(surface)
     findings.expect(
         edges == 0,
         "warning",
@@ -262,9 +264,3 @@ def _check_inertia(name: str, mass: float, inertia: Array, size: float, findings
         f"expected at most that of the mass at the part's ends, {mass * size**2:.3g} kg·m², found {moments[2]:.3g}",
         "author physics:diagonalInertia about the centre of mass in kg·m²",
     )
-
-
-def _open_edges(mesh: Mesh) -> int:
-    edges = np.sort(mesh.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    counts = np.unique(edges, axis=0, return_counts=True)[1]
-    return int((counts != 2).sum())

@@ -1,22 +1,21 @@
-"""Convex pieces: how well they fit, and that they are cut once."""
+"""Convex pieces: that they fit, are cut once, and are cut in processes that may fail."""
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 
-from artigrasp.assets import decomposition
-from artigrasp.assets.decomposition import convex_pieces, volume_ratio
+from artigrasp.assets import cutting, decomposition
+from artigrasp.assets.cutting import cut_meshes
+from artigrasp.assets.decomposition import convex_pieces, is_cut
+from artigrasp.assets.fidelity import volume_ratio
 from artigrasp.assets.object import Mesh
-
-
-def corner() -> Mesh:
-    """An L of two boards as one watertight mesh, which no single convex piece fits."""
-    outline = [(0, 0), (0.1, 0), (0.1, 0.02), (0.02, 0.02), (0.02, 0.1), (0, 0.1)]
-    triangles = [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5)]
-    solid = trimesh.creation.extrude_triangulation(np.array(outline), np.array(triangles), 0.05)
-    return Mesh(np.array(solid.vertices), np.array(solid.faces))
+from artigrasp.errors import UserError
+from tests.assets.shapes import corner
 
 
 def test_pieces_fit_and_are_cut_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -43,11 +42,45 @@ def test_damaged_cache_is_made_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert len(convex_pieces(mesh)) == count
 
 
-def test_volume_ratio_sees_filled_gaps() -> None:
-    """The hull of an L has more than twice its volume, and overlapping pieces are not counted twice."""
-    mesh = corner()
-    hull = trimesh.convex.convex_hull(mesh.vertices)
-    piece = Mesh(np.array(hull.vertices), np.array(hull.faces))
-    expected = hull.volume / abs(trimesh.Trimesh(mesh.vertices, mesh.faces).volume)
-    assert volume_ratio(mesh, (piece,)) == pytest.approx(expected, rel=0.01)
-    assert volume_ratio(mesh, (piece, piece)) == pytest.approx(expected, rel=0.01)
+def test_meshes_are_cut_side_by_side(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Several processes cut several meshes; what is cut is told by name, and is not cut again."""
+    monkeypatch.setenv("ARTIGRASP_CACHE", str(tmp_path))
+    box = trimesh.creation.box((0.1, 0.1, 0.1))
+    meshes = {"corner": corner(), "box": Mesh(np.array(box.vertices), np.array(box.faces))}
+    told: list[str] = []
+    cut_meshes(meshes, 2, told.append)
+    assert sorted(told) == ["box", "corner"] and all(is_cut(mesh) for mesh in meshes.values())
+    assert len(convex_pieces(meshes["corner"])) == 2
+    before = {path: path.stat().st_mtime_ns for path in (tmp_path / "pieces").iterdir()}
+    cut_meshes(meshes, 2, told.append)
+    assert sorted(told) == ["box", "box", "corner", "corner"]
+    assert {path: path.stat().st_mtime_ns for path in (tmp_path / "pieces").iterdir()} == before
+
+
+def test_process_that_fails_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cutting is tried with every setting, each in its process; then the mesh is named with the last words."""
+    monkeypatch.setenv("ARTIGRASP_CACHE", str(tmp_path))
+    started: list[int] = []
+    start = cutting._start
+
+    def start_in_vain(mesh: Mesh, attempt: int, folder: Path) -> subprocess.Popen[bytes]:
+        started.append(attempt)
+        return start(Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64)), attempt, folder)
+
+    monkeypatch.setattr(cutting, "_start", start_in_vain)
+    with pytest.raises(UserError, match=r"^lid: cannot cut this mesh into convex pieces: [^\n]+$"):
+        cut_meshes({"lid": corner()}, 1, lambda name: None)
+    assert started == [0, 1]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows does not limit processor time")
+def test_process_without_end_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process that uses too much processor time is killed by the system."""
+    code = "from artigrasp.assets import cutting, decomposition\n"
+    code += "cutting.TIME_LIMIT = 2\n"
+    code += "def forever(*_):\n    while True: pass\n"
+    code += "cutting.convex_pieces = forever\n"
+    np.savez(tmp_path / "mesh.npz", vertices=corner().vertices, faces=corner().faces)
+    code += f"cutting.cut_file({str(tmp_path / 'mesh.npz')!r}, '0')\n"
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    assert subprocess.run([sys.executable, "-c", code], env=environment, timeout=120).returncode < 0
