@@ -1,6 +1,7 @@
 """Files of named arrays (`.npz`): written whole, read strictly, never with pickles."""
 
 import os
+import zipfile
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,6 +13,9 @@ from artigrasp.files import atomic_write, check_format
 
 QUATERNION_TOLERANCE = 1e-3
 """Largest difference from 1 of the norm of a quaternion that counts as a rotation."""
+
+MAX_BYTES = 2**31
+"""Archives that unpack to more than this are refused."""
 
 _ACCEPTED_KINDS = {"f": "fiu", "i": "iu", "b": "b", "U": "U"}
 _KIND_NAMES = {"f": "numbers", "i": "whole numbers", "b": "booleans", "U": "strings"}
@@ -47,9 +51,24 @@ def load_arrays(path: str | os.PathLike[str], format: str, version: int) -> dict
     Raises:
         UserError: There is no such file, it is no archive of plain arrays, or of another format or a newer version.
     """
+    arrays = load_plain_arrays(path)
+    check_format(arrays.pop("format", None), arrays.pop("version", None), format, version, path)
+    return arrays
+
+
+def load_plain_arrays(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
+    """Read every array of an archive of any kind, none of which may hold Python objects.
+
+    Raises:
+        UserError: There is no such file, it is no archive of plain arrays, or it unpacks to more than ``MAX_BYTES``.
+    """
     try:
+        with zipfile.ZipFile(path) as packed:
+            size = sum(member.file_size for member in packed.infolist())
+        if size > MAX_BYTES:
+            raise ValueError(f"expected at most {MAX_BYTES} bytes, found {size}")
         with np.load(path, allow_pickle=False) as archive:
-            arrays = {str(name): np.asarray(archive[name]) for name in archive.files}
+            return {str(name): np.asarray(archive[name]) for name in archive.files}
     except FileNotFoundError:
         raise UserError(f"{path}: no such file") from None
     except Exception as error:  # A damaged archive can fail in any way of zipfile, zlib, NumPy or the file system.
@@ -57,8 +76,6 @@ def load_arrays(path: str | os.PathLike[str], format: str, version: int) -> dict
         raise UserError(
             f"{path}: expected an .npz archive of plain arrays, found one that fails with: {detail}"
         ) from error
-    check_format(arrays.pop("format", None), arrays.pop("version", None), format, version, path)
-    return arrays
 
 
 def check_array(

@@ -18,8 +18,10 @@ class Options:
     """List tasks, objects, references and policies.
 
     With --json, references are counted as {"splits": {split: count}, "per_object": {object: {split: {kind: count}}},
-    "other_objects": likewise}, where splits and per_object cover the paper's eight objects; tasks are {name:
-    description}; objects and policies are lists of names; all of them are one table with these four keys.
+    "other_objects": likewise}, where splits and per_object cover the paper's eight objects. Splits are those that each
+    reference was given, as "train", and two schemes that part the same references anew, as "by-sequence/train", so that
+    counts of all splits do not add up. Tasks are {name: description}; objects and policies are lists of names; all of
+    them are one table with these four keys.
     """
 
     what: Annotated[Literal["all", "tasks", "objects", "references", "policies"], tyro.conf.Positional] = "all"
@@ -51,11 +53,8 @@ def count_references() -> dict[str, Any]:
     per_object: dict[str, dict[str, dict[str, int]]] = {}
     for name in list_assets("references"):
         references = load_references(name)
-        counts = Counter(zip(references.split.tolist(), references.kind.tolist(), strict=True))
-        per_split: dict[str, dict[str, int]] = {}
-        for (split, kind), count in sorted(counts.items()):
-            per_split.setdefault(split, {})[kind] = count
-        per_object[name] = per_split
+        of_split = {split: references.select(split=split) for split in references.splits()}
+        per_object[name] = {split: dict(sorted(Counter(of.kind.tolist()).items())) for split, of in of_split.items()}
     of_paper = {name: per_object[name] for name in per_object if name in PAPER_OBJECTS}
     splits: Counter[str] = Counter()
     for per_split in of_paper.values():

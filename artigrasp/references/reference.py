@@ -4,7 +4,7 @@ All references of an object live in one file, ``references/<object>.npz``.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -15,8 +15,9 @@ from artigrasp.arrays import check_array, check_poses, load_arrays, save_arrays
 from artigrasp.assets.library import find_asset, list_assets
 from artigrasp.errors import UserError, unknown
 from artigrasp.kernels.layout import FINGER_DOF_COUNT, HANDS, LINK_COUNT, PARTS
+from artigrasp.references.splits import SCHEME_SPLITS, in_split
 
-FORMAT, VERSION = "artigrasp.references", 1
+FORMAT, VERSION = "artigrasp.references", 2
 KINDS = ("articulate", "grasp")
 
 _SHAPES: dict[str, tuple[tuple[int | str, ...], Any]] = {
@@ -28,7 +29,12 @@ _SHAPES: dict[str, tuple[tuple[int | str, ...], Any]] = {
     "contacts": (("R", len(HANDS), LINK_COUNT), np.bool_),
     "object_angle": (("R",), np.float32),
     "source": (("R",), np.str_),
+    "subject": (("R",), np.str_),
+    "sequence": (("R",), np.str_),
+    "frame": (("R",), np.int32),
 }
+_RECORDING = ("subject", "sequence", "frame")
+"""What files of version 1 lack. One value may stand for all references."""
 _POSES: dict[str, tuple[int | str, ...]] = {"wrist_pose_in_part": ("R", len(HANDS)), "object_pose": ("R",)}
 
 
@@ -40,7 +46,7 @@ class ReferenceSet:
         object: Name of the object.
         hand: Name of the hand that the joint angles belong to.
         kind: ``"articulate"`` or ``"grasp"``, shape (R,).
-        split: Which split it belongs to, such as ``"train"``, shape (R,).
+        split: Which split it was given, such as ``"train"``, shape (R,).
         active: Which hands take part, shape (R, 2). A hand that does not has a pose but no target contacts.
         part: Index in ``PARTS`` of the part that each hand's pose is relative to, shape (R, 2): the articulated one for
             the hand that articulates, else the base.
@@ -50,7 +56,10 @@ class ReferenceSet:
             articulates, either part for a grasp. May be none at all.
         object_pose: Initial pose of the base in the world, resting on z = 0: position [m], quaternion xyzw, (R, 7).
         object_angle: Initial hinge angle [rad], shape (R,).
-        source: Where it came from, shape (R,).
+        source: Where it came from, in words, shape (R,).
+        subject: Whose recording it comes from, such as ``"s5"``; empty if from none or from an unknown one, shape (R,).
+        sequence: Name of that recording, such as ``"box_use_02"``, or empty, shape (R,).
+        frame: Frame of that recording that shows the hands, or -1, shape (R,).
     """
 
     object: str
@@ -65,9 +74,15 @@ class ReferenceSet:
     object_pose: NDArray[np.float32]
     object_angle: NDArray[np.float32]
     source: NDArray[np.str_]
+    subject: NDArray[np.str_] = field(default_factory=lambda: np.array(""))
+    sequence: NDArray[np.str_] = field(default_factory=lambda: np.array(""))
+    frame: NDArray[np.int32] = field(default_factory=lambda: np.array(-1))
 
     def __post_init__(self) -> None:
         sizes: dict[str, int] = {}
+        for name in _RECORDING:
+            if np.ndim(value := getattr(self, name)) == 0:
+                object.__setattr__(self, name, np.full(np.shape(self.kind)[:1], value))
         for name, (shape, dtype) in _SHAPES.items():
             object.__setattr__(self, name, check_array(name, getattr(self, name), shape, dtype, sizes))
         for name, shape in _POSES.items():
@@ -81,6 +96,14 @@ class ReferenceSet:
     def __len__(self) -> int:
         return len(self.kind)
 
+    def splits(self) -> tuple[str, ...]:
+        """The splits that :meth:`select` finds something in: the given ones, then those of the schemes."""
+        given = sorted(set(self.split.tolist()))
+        return (*given, *(split for split in SCHEME_SPLITS if self._in_split(split).any()))
+
+    def _in_split(self, split: str) -> NDArray[np.bool_]:
+        return in_split(split, self.split, self.subject, self.sequence)
+
     def select(
         self,
         *,
@@ -91,7 +114,8 @@ class ReferenceSet:
         """The references of a split and of one or more kinds, in their order.
 
         Args:
-            split: Only these; every split by default.
+            split: Only these, either given ones, such as ``"train"``, or those of a scheme of
+                :mod:`artigrasp.references.splits`, such as ``"by-subject/test"``; every split by default.
             kind: Only this one or these; every kind by default.
             indices: Out of what then remains, these; all by default.
 
@@ -100,13 +124,13 @@ class ReferenceSet:
         """
         rows = np.arange(len(self))
         if split is not None:
-            rows = rows[self.split[rows] == split]
+            rows = rows[self._in_split(split)]
         if kind is not None:
             rows = rows[np.isin(self.kind[rows], kind)]
         chosen = f"{self.object}: references" + "".join(f" of {name!r}" for name in (split, kind) if name is not None)
         if not len(rows):
-            counts = ", ".join(f"{s} {k}" for s, k in sorted(set(zip(self.split, self.kind, strict=True))))
-            raise UserError(f"{chosen}: found none; there are {counts or 'no references at all'}")
+            there = ", ".join(f"{s} {k}" for s in self.splits() for k in sorted(set(self.kind[self._in_split(s)])))
+            raise UserError(f"{chosen}: found none; there are {there or 'no references at all'}")
         if indices is not None:
             wanted = np.atleast_1d(np.asarray(indices, np.int64))
             outside = wanted[(wanted < 0) | (wanted >= len(rows))]
@@ -140,7 +164,9 @@ def read_references(path: Path) -> ReferenceSet:
         UserError: the file is missing or malformed; names the file, the field and the index.
     """
     arrays = load_arrays(path, FORMAT, VERSION)
-    names = [field.name for field in fields(ReferenceSet)]
+    names = [each.name for each in fields(ReferenceSet)]
+    if not any(name in arrays for name in _RECORDING):
+        names = [name for name in names if name not in _RECORDING]
     if missing := [name for name in names if name not in arrays]:
         raise UserError(f"{path}: {missing[0]}: expected an array, found none")
     try:
@@ -154,7 +180,7 @@ def read_references(path: Path) -> ReferenceSet:
 
 def save_references(path: Path, references: ReferenceSet) -> None:
     """Write a file of references, whole or not at all."""
-    arrays = {field.name: np.asarray(getattr(references, field.name)) for field in fields(references)}
+    arrays = {each.name: np.asarray(getattr(references, each.name)) for each in fields(references)}
     save_arrays(path, FORMAT, VERSION, arrays)
 
 

@@ -1,15 +1,19 @@
 """Reference files: kept exactly, selected by split and kind, refused when malformed."""
 
 import pickle
-from dataclasses import replace
+from collections import Counter
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from artigrasp.errors import UserError
 from artigrasp.references.reference import ReferenceSet, load_references, read_references, save_references
+from artigrasp.references.splits import in_split
 
 
 def example(count: int = 4) -> ReferenceSet:
@@ -31,6 +35,9 @@ def example(count: int = 4) -> ReferenceSet:
         object_pose=poses[:, 2].astype(np.float32),
         object_angle=random.random(count).astype(np.float32),
         source=np.array([f"example {index}" for index in range(count)]),
+        subject=np.where(np.arange(count) % 4 < 3, "s1", "s5"),
+        sequence=np.array([f"box_use_{index:02d}" for index in range(count)]),
+        frame=np.arange(count, dtype=np.int32),
     )
 
 
@@ -48,9 +55,25 @@ def test_file_keeps_everything(tmp_path: Path) -> None:
     save_references(path, references)
     again = read_references(path)
     assert (again.object, again.hand, len(again)) == ("lidded-box", "open", 4)
-    for name in ("kind", "split", "active", "part", "wrist_pose_in_part", "finger_angles", "contacts", "source"):
+    for name in (each.name for each in fields(ReferenceSet)[2:]):
         np.testing.assert_array_equal(getattr(again, name), getattr(references, name))
         assert getattr(again, name).dtype == getattr(references, name).dtype
+
+
+def test_files_of_version_1_are_read(tmp_path: Path) -> None:
+    """They do not say which recording they come from, so that no scheme has a split of them."""
+    path = tmp_path / "old.npz"
+    contents = arrays(path, example())
+    recording = ("subject", "sequence", "frame")
+    np.savez(path, **({name: contents[name] for name in contents if name not in recording} | {"version": np.array(1)}))
+    again = read_references(path)
+    assert again.subject.tolist() == again.sequence.tolist() == [""] * 4 and again.frame.tolist() == [-1] * 4
+    assert again.splits() == ("test", "train")
+    np.testing.assert_array_equal(again.finger_angles, example().finger_angles)
+    with pytest.raises(
+        UserError, match="of 'by-subject/test': found none; there are test articulate, test grasp, train"
+    ):
+        again.select(split="by-subject/test")
 
 
 def test_load_finds_by_object_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -72,6 +95,35 @@ def test_select_by_split_kind_and_index() -> None:
     assert references.select(split="test", kind="grasp").source.tolist() == ["example 3", "example 7"]
     assert references.select(kind="articulate", indices=[3, 0]).source.tolist() == ["example 6", "example 0"]
     assert len(references.select()) == 8
+
+
+def test_schemes_part_the_same_references() -> None:
+    """Each scheme parts what is given to training and testing by whole subjects or recordings; the rest is in none."""
+    references = example(8)
+    references = replace(references, split=np.array([*references.split[:6], "recon", "recon-mocap"]))
+    assert references.splits()[:4] == ("recon", "recon-mocap", "test", "train")
+    for scheme in ("by-subject", "by-sequence"):
+        parts = [references.select(split=f"{scheme}/{part}").source.tolist() for part in ("train", "test")]
+        assert sorted(parts[0] + parts[1]) == [f"example {index}" for index in range(6)]
+    assert set(references.select(split="by-subject/test").subject) == {"s5"}
+    assert "s5" not in references.select(split="by-subject/train").subject
+    unknown = replace(references, subject=np.array([""] * 8))
+    assert unknown.splits() == ("recon", "recon-mocap", "test", "train")
+
+
+def test_sequences_are_parted_by_their_names_alone() -> None:
+    """A recording is in the same part in whatever company, with all its references; about a third is for the test."""
+    subject = np.repeat([f"s{number}" for number in range(1, 11)], 60)
+    sequence = np.tile(np.repeat([f"laptop_use_{number:02d}" for number in range(20)], 3), 10)
+    given_split = np.where(np.arange(600) % 2, "train", "test")
+    test = in_split("by-sequence/test", given_split, subject, sequence)
+    assert 0.25 < test.mean() < 0.42
+    counts = Counter(zip(subject.tolist(), sequence.tolist(), test.tolist(), strict=True))
+    assert len(counts) == 200
+    some = np.random.default_rng(0).permutation(600)[:50]
+    np.testing.assert_array_equal(
+        in_split("by-sequence/test", given_split[some], subject[some], sequence[some]), test[some]
+    )
 
 
 def test_select_of_nothing_says_what_there_is() -> None:
@@ -106,7 +158,9 @@ def set_at(index: Any, value: Any) -> Any:
         ("split", lambda array: array[:3], "split: expected shape (R=4), found (3,)"),
         ("active", lambda array: array.astype(float), "active: expected booleans"),
         ("hand", lambda array: np.array(3), "hand: expected strings"),
-        ("version", lambda array: np.array(2), "version: expected at most 1, found 2"),
+        ("version", lambda array: np.array(3), "version: expected at most 2, found 3"),
+        ("subject", lambda array: array[:2], "subject: expected shape (R=4), found (2,)"),
+        ("frame", lambda array: array + 0.5, "frame: expected whole numbers"),
         ("format", lambda array: np.array("artigrasp.motion"), "format: expected 'artigrasp.references'"),
     ],
 )
@@ -139,4 +193,43 @@ def test_pickles_are_refused(tmp_path: Path) -> None:
         read_references(path)
     path.write_bytes(pickle.dumps(contents))
     with pytest.raises(UserError, match="archive of plain arrays"):
+        read_references(path)
+
+
+@settings(max_examples=150, deadline=None)
+@given(data=st.data())
+def test_damaged_files_end_in_one_line(data: st.DataObject, tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Cut off, changed in a byte, or with a field of another shape, type or size: read, or refused in a line."""
+    path = tmp_path_factory.getbasetemp() / "damaged.npz"
+    contents = arrays(path, example())
+    kind = data.draw(st.sampled_from(["cut", "bytes", "field", "number"]))
+    whole = path.read_bytes()
+    if kind == "cut":
+        path.write_bytes(whole[: data.draw(st.integers(0, len(whole) - 1))])
+    elif kind == "bytes":
+        at = data.draw(st.integers(0, len(whole) - 1))
+        path.write_bytes(whole[:at] + data.draw(st.binary(min_size=1, max_size=4)) + whole[at + 1 :])
+    else:
+        name = data.draw(st.sampled_from(sorted(contents)))
+        array = contents[name]
+        if kind == "number" and array.dtype.kind == "f":
+            array = array.copy()
+            at = data.draw(st.integers(0, array.size - 1))
+            array.flat[at] = data.draw(st.sampled_from([np.nan, np.inf, -np.inf, 3e38, 0.0]))
+        else:
+            others = [array[..., None], np.array(None), np.zeros((4, 2)), np.array("x" * 1000), array.astype("S5")]
+            array = data.draw(st.sampled_from([*others, array[:0] if array.ndim else array]))
+        np.savez(path, **(contents | {name: array}))
+    try:
+        assert len(read_references(path)) >= 0
+    except UserError as error:
+        assert str(path) in str(error) and "\n" not in str(error)
+
+
+def test_archive_that_unpacks_without_end_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A small file that unpacks to a large one is refused before it is unpacked."""
+    monkeypatch.setattr("artigrasp.arrays.MAX_BYTES", 10_000)
+    path = tmp_path / "bomb.npz"
+    np.savez_compressed(path, **(arrays(path, example()) | {"more": np.zeros(100_000)}))
+    with pytest.raises(UserError, match="expected at most 10000 bytes, found"):
         read_references(path)
