@@ -1,105 +1,103 @@
-"""Hands and objects of the ArtiGrasp authors' release of ARCTIC, converted to USD.
+"""Where things are in a user's copy of ARCTIC, whichever layout it has.
 
 The data is licensed to each user: what is made of it stays with the user and is never shipped.
 """
 
+from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-import trimesh
-
-from artigrasp.assets.decomposition import convex_pieces
-from artigrasp.assets.hand import HandModel
-from artigrasp.assets.object import Mesh, ObjectModel, PartModel
-from artigrasp.assets.urdf import Urdf, read_urdf
-from artigrasp.assets.urdf_hand import read_urdf_hand
-from artigrasp.errors import UserError
+from artigrasp.errors import UserError, unknown
 
 HAND_NAME = "mano"
-PART_LINKS = ("bottom", "top")
-"""The release's names of the parts, in the order of ``PARTS``."""
-COLOURS = ((0.36, 0.45, 0.55), (0.90, 0.52, 0.24))
+"""Name of the hands of the mean shape."""
+PART_NAMES = ("bottom", "top")
+"""ARCTIC's names of the parts, in the order of ``PARTS``."""
+LABELS = "labelled_frames.npz"
+"""Name of the compact file of all labelled frames."""
+DOWNLOAD_ROOTS = ("", "data", "arctic_data/data")
+"""Where the official download's folders may be below the folder that a user names."""
 
 
-def hand_urdf(release: Path, side: str) -> Path:
-    """The URDF of a hand in the release."""
-    return release / "rsc" / "mano_double" / f"{side[0]}hand_mano.urdf"
+@dataclass(frozen=True)
+class ArcticSource:
+    """What a folder has of ARCTIC; at least one of the three.
+
+    Attributes:
+        path: The folder or file that the user named.
+        release: The ArtiGrasp authors' release: the folder that holds ``arctic/`` and ``mano_double/``.
+        download: The official download: the folder that holds ``meta/`` and ``raw_seqs/``.
+        labels: The compact file of labelled frames.
+    """
+
+    path: Path
+    release: Path | None
+    download: Path | None
+    labels: Path | None
 
 
-def object_folder(release: Path, name: str) -> Path:
-    """The folder of an object in the release."""
-    return release / "rsc" / "arctic" / name
-
-
-def object_names(release: Path) -> list[str]:
-    """The objects that the release has, sorted.
+def find_source(path: Path) -> ArcticSource:
+    """Recognise what a user's folder, or a single file of labelled frames, has of ARCTIC.
 
     Raises:
-        UserError: this is not the release's layout.
+        UserError: none of the known layouts is there.
     """
-    names = sorted(path.parent.name for path in object_folder(release, "").glob("*/*.urdf") if _names_folder(path))
-    if not names:
-        raise UserError(f"{release}: expected a folder with rsc/arctic/<object>/<object>.urdf, found no object")
-    return names
+    if path.is_file():
+        return ArcticSource(path, None, None, path)
+    release = next((root for root in (path / "rsc", path) if (root / "arctic").is_dir()), None)
+    roots = (path / root for root in DOWNLOAD_ROOTS)
+    download = next((root for root in roots if (root / "meta" / "object_vtemplates").is_dir()), None)
+    labels = path / LABELS if (path / LABELS).is_file() else None
+    source = ArcticSource(path, release, download, labels)
+    if labels is None and not object_names(source):
+        raise UserError(
+            f"{path}: expected ARCTIC as rsc/arctic/<object>/<object>.urdf, as meta/object_vtemplates/<object>/ or as "
+            f"{LABELS}, found {'none of them' if path.is_dir() else 'nothing'}"
+        )
+    return source
 
 
-def object_sources(release: Path, name: str) -> list[Path]:
-    """The files that an object is made of."""
-    folder = object_folder(release, name)
-    return [folder / f"{name}.urdf", *(folder / f"{link}_watertight_tiny.obj" for link in PART_LINKS)]
+def object_names(source: ArcticSource) -> list[str]:
+    """The objects whose shape is there, sorted."""
+    names: set[str] = set()
+    if source.release is not None:
+        names |= {path.stem for path in source.release.glob("arctic/*/*.urdf") if path.stem == path.parent.name}
+    if source.download is not None:
+        templates = source.download.glob("meta/object_vtemplates/*/*.obj")
+        names |= {path.parent.name for path in templates if path.name in ("mesh.obj", "top.obj")}
+    return sorted(names)
 
 
-def convert_hand(release: Path, side: str, path: Path) -> HandModel:
-    """The release's hand of the mean shape, to live at ``path``."""
-    return read_urdf_hand(hand_urdf(release, side), HAND_NAME, side, path)
+def object_files(source: ArcticSource, name: str) -> list[Path]:
+    """The files that an object is made of: its URDF and the meshes of its parts, base first, or only the latter.
 
-
-def convert_object(release: Path, name: str, path: Path) -> ObjectModel:
-    """An object of the release, to live at ``path``.
+    The last of the layouts is one mesh of both parts, and which vertex belongs to which of them.
 
     Raises:
-        UserError: a file of the object is missing or malformed.
+        UserError: the object is unknown or incomplete.
     """
-    urdf_path, *mesh_paths = object_sources(release, name)
-    urdf = read_urdf(urdf_path)
-    hinge = urdf.joint("rotation")
-    limit, dynamics = urdf.child(hinge, "limit"), urdf.child(hinge, "dynamics")
-    base, articulated = (
-        _convert_part(urdf, link, mesh_path, colour)
-        for link, mesh_path, colour in zip(PART_LINKS, mesh_paths, COLOURS, strict=True)
-    )
-    axis = urdf.numbers(urdf.child(hinge, "axis"), "xyz", 3)
-    return ObjectModel(
-        name=name,
-        path=path,
-        parts=(base, articulated),
-        hinge_origin=urdf.origin(hinge)[0],
-        hinge_axis=axis / np.linalg.norm(axis),
-        hinge_lower=urdf.number(limit, "lower"),
-        hinge_upper=urdf.number(limit, "upper"),
-        hinge_damping=urdf.number(dynamics, "damping"),
-        hinge_friction=urdf.number(dynamics, "friction"),
-    )
+    if name not in (names := object_names(source)):
+        raise unknown("object", name, names)
+    files: list[Path] = []
+    if source.release is not None and (folder := source.release / "arctic" / name).is_dir():
+        files = [folder / f"{name}.urdf", *(folder / f"{part}_watertight_tiny.obj" for part in PART_NAMES)]
+    elif source.download is not None:
+        folder = source.download / "meta" / "object_vtemplates" / name
+        files = [folder / f"{part}.obj" for part in PART_NAMES]
+        if not all(path.is_file() for path in files):
+            files = [folder / "mesh.obj", folder / "parts.json"]
+    for path in files:
+        if not path.is_file():
+            raise UserError(f"{path}: expected a file of the object {name!r}, found nothing")
+    return files
 
 
-def _convert_part(urdf: Urdf, link: str, mesh_path: Path, colour: tuple[float, float, float]) -> PartModel:
-    mass, com, inertia = urdf.mass(urdf.link(link))
-    mesh = _read_mesh(mesh_path)
-    return PartModel(mass, com, inertia, mesh.vertices, mesh.faces, convex_pieces(mesh), colour)
-
-
-def _read_mesh(path: Path) -> Mesh:
-    try:
-        loaded = trimesh.load_mesh(path, process=False)
-        mesh = Mesh(np.array(loaded.vertices, float), np.array(loaded.faces, np.int64))
-    except FileNotFoundError:
-        raise UserError(f"{path}: expected a mesh, found nothing") from None
-    except Exception as error:  # A malformed mesh can fail anywhere in the parser.
-        raise UserError(f"{path}: cannot read this mesh: {(str(error) or repr(error)).splitlines()[0]}") from error
-    if not len(mesh.faces) or not np.isfinite(mesh.vertices).all():
-        raise UserError(f"{path}: expected a mesh of finite triangles")
-    return mesh
-
-
-def _names_folder(path: Path) -> bool:
-    return path.stem == path.parent.name
+def hand_files(source: ArcticSource, side: str) -> list[Path]:
+    """The URDF of a hand and its mean pose; empty where the layout has no hands."""
+    if source.release is None:
+        return []
+    folder = source.release / "mano_double"
+    files = [folder / f"{side[0]}hand_mano.urdf", folder / f"{side}_pose_mean.txt"]
+    for path in files:
+        if not path.is_file():
+            raise UserError(f"{path}: expected a file of the {side} hand, found nothing")
+    return files

@@ -17,6 +17,10 @@ from artigrasp.errors import UserError
 Array = NDArray[np.float64]
 
 
+LARGEST = 1e6
+"""Numbers from this on are no sizes, masses, angles or forces."""
+
+
 class _TreeBuilder(ElementTree.TreeBuilder):
     """Builds elements but no document types, through which entities could grow without bound."""
 
@@ -55,13 +59,13 @@ class Urdf:
         return float(self.numbers(element, attribute, 1)[0])
 
     def numbers(self, element: ElementTree.Element, attribute: str, count: int) -> Array:
-        """An attribute of this many finite numbers."""
+        """An attribute of this many numbers of a size that bodies of any unit have."""
         text = element.get(attribute, "")
         try:
             values = np.array([float(word) for word in text.split()])
         except ValueError:
             values = np.array([np.nan])
-        if values.shape != (count,) or not np.isfinite(values).all():
+        if values.shape != (count,) or not (np.abs(values) < LARGEST).all():
             raise self.error(f"{_label(element)} {attribute}", f"expected {count} numbers, found {text!r}")
         return values
 
@@ -83,7 +87,10 @@ class Urdf:
         )
         com, rotation = self.origin(inertial)
         axes = rotation.as_matrix()
-        return self.number(self.child(inertial, "mass"), "value"), com, axes @ tensor @ axes.T
+        mass = self.number(self.child(inertial, "mass"), "value")
+        if mass <= 0 or np.linalg.eigvalsh(tensor)[0] <= 0:
+            raise self.error(_label(link), f"expected a positive mass and inertia, found {mass:g} kg and {i}")
+        return mass, com, axes @ tensor @ axes.T
 
     def _named(self, tag: str, name: str) -> ElementTree.Element:
         for element in self.root.iter(tag):

@@ -21,6 +21,9 @@ ARMATURE = np.where(np.arange(DOF_COUNT) < 3, 0.0, 1e-3)
 EFFORT = np.where(np.arange(DOF_COUNT) < 3, 100.0, 3.0)
 """[N, N·m]: the release allows 1000 N·m, with which objects squirt out of the hand and solvers diverge."""
 
+LONGEST_BONE = 0.2
+"""No link is further from its parent [m]; a larger number is in another unit."""
+
 
 def read_urdf_hand(urdf_path: Path, name: str, side: str, path: Path) -> HandModel:
     """Convert a hand of the release.
@@ -41,13 +44,17 @@ def read_urdf_hand(urdf_path: Path, name: str, side: str, path: Path) -> HandMod
     joints += [urdf.joint(f"{side}_{link}_{axis}") for link in LINKS[1:] for axis in "xyz"]
     lower, upper = (np.array([urdf.number(urdf.child(j, "limit"), end) for j in joints]) for end in ("lower", "upper"))
     lower[:WRIST_DOF_COUNT], upper[:WRIST_DOF_COUNT] = -WRIST_LIMITS, WRIST_LIMITS
+    offset = np.stack([np.zeros(3), *(urdf.origin(joint)[0] for joint in joints[WRIST_DOF_COUNT::3])])
+    if (far := np.flatnonzero(np.linalg.norm(offset, axis=1) > LONGEST_BONE)).size:
+        found = f"found {np.linalg.norm(offset[far[0]]):g}"
+        raise urdf.error(f"link {LINKS[far[0]]}", f"expected at most {LONGEST_BONE} m from its parent, {found}")
     bodies = [urdf.mass(urdf.link(f"{side}_{link}")) for link in LINKS]
     shapes = [urdf.link(f"{side}_{'wrist_rz' if link == 'wrist' else f'{link}_z'}") for link in LINKS]
     return HandModel(
         name=name,
         side=side,
         path=path,
-        link_offset=np.stack([np.zeros(3), *(urdf.origin(joint)[0] for joint in joints[WRIST_DOF_COUNT::3])]),
+        link_offset=offset,
         tip_offset=np.stack([_tip_offset(urdf, side, finger) for finger in TIP_FINGERS]),
         lower=lower,
         upper=upper,

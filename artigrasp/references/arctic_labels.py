@@ -1,204 +1,242 @@
-"""References from ARCTIC's motion capture, as the authors labelled it.
+"""The frames that ArtiGrasp's authors labelled, from their release or from the compact file of all of them.
 
-The paper takes hand poses from frames in which hands hold or open the object. The authors' labels name such a
-``grasp_frame``, and an ``init_frame`` whose object pose starts the task.
+The paper takes hand poses from frames in which hands hold or open the object. A label names such a ``grasp_frame``, and
+an ``init_frame`` whose object pose starts the task. Image references are labelled in reconstructions of recordings; the
+same frames of the recordings themselves are their counterparts.
 """
 
-import logging
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import RigidTransform, Rotation
 
-from artigrasp.arrays import check_array
-from artigrasp.assets import arctic as assets
-from artigrasp.assets.object import ObjectModel
-from artigrasp.errors import UserError, unknown
-from artigrasp.kernels.layout import ARTICULATED, BASE, HANDS, LINK_COUNT
-from artigrasp.references.reference import ReferenceSet
+from artigrasp.arrays import check_array, load_plain_arrays
+from artigrasp.assets.arctic import ArcticSource
+from artigrasp.errors import UserError
+from artigrasp.kernels.layout import HANDS, LINK_COUNT
+from artigrasp.references.arctic_sequence import (
+    CONTACT_ROWS,
+    Array,
+    Recording,
+    Sequence,
+    check_hand_poses,
+    check_name,
+    check_object_states,
+    check_range,
+    read_sequence,
+    sequence_files,
+)
+from artigrasp.restricted_pickle import read_npy
 
-logger = logging.getLogger(__name__)
+IMAGES, COUNTERPARTS = "recon", "recon-mocap"
+"""The splits of the image references and of their counterparts."""
+LABEL_FOLDERS = {"train": "train_set", "test": "test_set", IMAGES: "test_recon"}
+"""Where the release has the labels of each split."""
 
-Array = NDArray[np.float64]
 
-LABELS = "labelled_frames.npz"
+@dataclass(frozen=True)
+class Label:
+    """What somebody decided about a recording.
 
-WRIST_FROM_MANO = {"right": np.array([0.09566994, 0.00638343, 0.0061863])}
-WRIST_FROM_MANO["left"] = WRIST_FROM_MANO["right"] * [-1, 1, 1]
-"""MANO's wrist joint for the mean shape, about which a hand turns, from MANO's translation [m]."""
+    Attributes:
+        split: The split it belongs to.
+        recording: The recording.
+        task: The authors' kind of label, such as ``"right_arti"``.
+        initial_frame: Frame whose object pose starts the task.
+        frame: Frame that shows the hands.
+    """
 
-TASKS = {
-    "right_arti": ("articulate", ("right",)),
-    "right_grasp": ("grasp", ("right",)),
-    "left_grasp": ("grasp", ("left",)),
-    "two_grasp": ("grasp", ("left", "right")),
-}
-"""Kind and active hands of each of the authors' kinds of label."""
+    split: str
+    recording: Recording
+    task: str
+    initial_frame: int
+    frame: int
 
-NEVER_CLOSED = ("ketchup", "phone")
-"""Objects that start at the hinge angle of ``init_frame``; all others start closed."""
-CONTACT_WITH_ARTICULATED, CONTACT_WITH_EITHER = 0, 2
-"""Rows of the labels' contacts; the one between is the base."""
 
-CAMERA_SPLIT = "recon"
-"""Poses reconstructed from images: hands and object are in the frame of the camera, so that up is unknown."""
+@dataclass(frozen=True, eq=False)
+class LabelledFrame:
+    """A label and what its two frames show; hands in the order of ``HANDS``.
 
+    Attributes:
+        label: The label.
+        initial_state: State of the object in the world at the initial frame, as in a sequence, shape (7,).
+        state: State of the object at the frame that shows the hands, in the hands' world, shape (7,).
+        rotation: As in a sequence, shape (2, 3).
+        pose: As in a sequence, shape (2, 45).
+        translation: As in a sequence, shape (2, 3).
+        contacts: As in a sequence, shape (2, 3, 16).
+    """
+
+    label: Label
+    initial_state: Array
+    state: Array
+    rotation: Array
+    pose: Array
+    translation: Array
+    contacts: NDArray[np.bool_]
+
+
+def label_files(source: ArcticSource, name: str) -> list[Path]:
+    """The files that say which frames of an object are labelled; empty if there are none."""
+    if source.labels is not None:
+        return [source.labels]
+    if source.release is None:
+        return []
+    folder = source.release / "mano_double" / "grasp_label" / "final_labels"
+    return [path for split in LABEL_FOLDERS.values() if (path := folder / split / f"{name}.npy").is_file()]
+
+
+def read_labelled_frames(source: ArcticSource, name: str) -> tuple[list[LabelledFrame], list[str]]:
+    """The labelled frames of an object, each split in the order of its file.
+
+    Returns:
+        The frames, and lines that tell which labels gave none and why.
+
+    Raises:
+        UserError: a file is malformed.
+    """
+    sequences = _Sequences(source)
+    if source.labels is not None:
+        found = list(_from_compact_file(source.labels, name, sequences))
+    else:
+        found = [(label, sequences.frame(label)) for label in _from_release(source, name)]
+    images = [label for label, _ in found if label.split == IMAGES]
+    counterparts = [
+        replace(label, split=COUNTERPARTS, recording=label.recording._replace(reconstructed=False)) for label in images
+    ]
+    found += [(label, sequences.frame(label)) for label in counterparts]
+    missing = Counter((label.split, label.recording.subject) for label, frame in found if frame is None)
+    skipped = [
+        f"{name}: {count} {split} labels of {subject}: their sequences are not here"
+        for (split, subject), count in sorted(missing.items())
+    ]
+    return [frame for _, frame in found if frame is not None], skipped
+
+
+class _Sequences:
+    """Cuts labelled frames out of sequences, each of which is read once."""
+
+    def __init__(self, source: ArcticSource) -> None:
+        self._source = source
+        self._read = cache(lambda recording: read_sequence(source, recording))
+
+    def frame(self, label: Label) -> LabelledFrame | None:
+        """The frame of a label, or None if a recording or its contacts are not there."""
+        shown: Sequence | None = self._read(label.recording)
+        initial_state = self.initial_state(label)
+        if shown is None or shown.contacts is None or initial_state is None:
+            return None
+        index = self._index(label.recording, shown, label.frame)
+        return LabelledFrame(
+            label,
+            initial_state,
+            shown.object_state[index],
+            shown.rotation[index],
+            shown.pose[index],
+            shown.translation[index],
+            shown.contacts[index],
+        )
+
+    def initial_state(self, label: Label) -> Array | None:
+        """The object's state in the world at a label's initial frame, or None if the recording is not there."""
+        recording = label.recording._replace(reconstructed=False)
+        recorded: Sequence | None = self._read(recording)
+        if recorded is None:
+            return None
+        state: Array = recorded.object_state[self._index(recording, recorded, label.initial_frame)]
+        return state
+
+    def _index(self, recording: Recording, sequence: Sequence, frame: int) -> int:
+        if not 0 <= frame < len(sequence.object_state):
+            path = sequence_files(self._source, recording)[0]
+            raise UserError(f"{path}: expected the labelled frame {frame}, found {len(sequence.object_state)} frames")
+        return frame
+
+
+_TEXTS = ("split", "subject", "sequence", "object", "kind")
 _FIELDS: dict[str, tuple[tuple[int | str, ...], Any]] = {
-    **dict.fromkeys(("split", "subject", "sequence", "object", "kind"), (("N",), np.str_)),
+    **dict.fromkeys(_TEXTS, (("N",), np.str_)),
     **dict.fromkeys(("init_frame", "grasp_frame"), (("N",), np.int64)),
     **dict.fromkeys(("object_init", "object_grasp"), (("N", 7), np.float64)),
     **{f"{side}_{name}": (("N", size), np.float64) for side in HANDS for name, size in (("rot", 3), ("trans", 3))},
     **{f"{side}_pose": (("N", 45), np.float64) for side in HANDS},
-    **{f"{side}_contact": (("N", 3, LINK_COUNT), np.int64) for side in HANDS},
+    **{f"{side}_contact": (("N", CONTACT_ROWS, LINK_COUNT), np.int64) for side in HANDS},
 }
 
 
-def read_labels(source: Path) -> dict[str, NDArray[Any]]:
-    """The labelled frames of every object and split, N rows each.
-
-    Raises:
-        UserError: the file is missing or malformed; names the field and the index.
-    """
-    path = source / LABELS
+@cache
+def _read_compact_file(path: Path, modified: int) -> dict[str, NDArray[Any]]:
+    """The arrays of the compact file, N rows each; ``modified`` is when, for the cache."""
+    arrays = load_plain_arrays(path)
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in _FIELDS}
+        if missing := [name for name in _FIELDS if name not in arrays]:
+            raise ValueError(f"{missing[0]}: expected an array, found none")
         sizes: dict[str, int] = {}
-        return {name: check_array(name, arrays[name], *_FIELDS[name], sizes) for name in _FIELDS}
-    except FileNotFoundError:
-        raise UserError(f"{path}: expected the labelled frames, found nothing") from None
-    except KeyError as error:
-        raise UserError(f"{path}: expected an array {error}, found none") from None
-    except Exception as error:  # A damaged archive can fail anywhere in NumPy, zipfile or zlib.
-        raise UserError(f"{path}: {(str(error) or repr(error)).splitlines()[0]}") from error
-
-
-def read_mean_pose(source: Path, side: str) -> Array:
-    """MANO's mean hand pose, which the labels' poses leave out: rotation vectors [rad], shape (45,)."""
-    path = mean_pose_path(source, side)
-    try:
-        values = [float(word) for word in path.read_text().split()]
-        return check_array("mean pose", values, (45,), np.float64)
-    except (OSError, ValueError) as error:
-        raise UserError(f"{path}: expected 45 numbers: {error}") from None
-
-
-def convert_references(
-    source: Path, model: ObjectModel, labels: dict[str, NDArray[Any]], mean_pose: dict[str, Array]
-) -> tuple[ReferenceSet, list[str]]:
-    """The references of an object from its labels.
-
-    Args:
-        source: The release, for the sequences that the image references need.
-        model: The object.
-        labels: From :func:`read_labels`.
-        mean_pose: From :func:`read_mean_pose`, per side.
-
-    Returns:
-        The references, and a line for each label that gave none.
-
-    Raises:
-        UserError: the object has no labels.
-    """
-    rows: list[dict[str, Any]] = []
-    skipped: list[str] = []
-    for index in np.flatnonzero(labels["object"] == model.name):
-        label = {name: values[index] for name, values in labels.items()}
-        try:
-            rows.append(_convert_label(source, model, label, mean_pose))
-        except UserError as error:
-            skipped.append(f"{_provenance(label)}: {error}")
-            logger.warning("no reference from %s", skipped[-1])
-    if not rows:
-        raise UserError(f"{source / LABELS}: expected labels of {model.name!r}, found none that can be used")
-    columns: dict[str, Any] = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-    return ReferenceSet(object=model.name, hand=assets.HAND_NAME, **columns), skipped
-
-
-def _convert_label(
-    source: Path, model: ObjectModel, label: dict[str, Any], mean_pose: dict[str, Array]
-) -> dict[str, Any]:
-    if label["kind"] not in TASKS:
-        raise unknown("kind", label["kind"], TASKS)
-    kind, sides = TASKS[label["kind"]]
-    base, angle = _object_state(label["object_grasp"])
-    part_pose = {BASE: base, ARTICULATED: base * _transform(*model.articulated_pose_in_base(angle))}
-    part = [ARTICULATED if kind == "articulate" and side in sides else BASE for side in HANDS]
-    wrists = [part_pose[p].inv() * _wrist_pose(label, side) for side, p in zip(HANDS, part, strict=True)]
-    angles = [_finger_angles(label[f"{side}_pose"] + mean_pose[side]) for side in HANDS]
-    row = CONTACT_WITH_ARTICULATED if kind == "articulate" else CONTACT_WITH_EITHER
-    contacts = [label[f"{side}_contact"][row] * (side in sides) for side in HANDS]
-
-    initial = label["object_init"]
-    if label["split"] == CAMERA_SPLIT:
-        initial = _mocap_object(source, label)
-    initial_angle = 0.0
-    if model.name in NEVER_CLOSED:
-        initial_angle = float(np.clip(initial[0], model.hinge_lower, model.hinge_upper))
-    return {
-        "kind": kind,
-        "split": label["split"],
-        "active": [side in sides for side in HANDS],
-        "part": part,
-        "wrist_pose_in_part": [_pose(wrist) for wrist in wrists],
-        "finger_angles": angles,
-        "contacts": np.array(contacts, bool),
-        "object_pose": _pose(resting_pose(model, Rotation.from_rotvec(initial[1:4]), initial_angle)),
-        "object_angle": initial_angle,
-        "source": _provenance(label),
-    }
-
-
-def resting_pose(model: ObjectModel, rotation: Rotation, angle: float) -> RigidTransform:
-    """The base's pose with this rotation whose lowest vertex is at z = 0 and whose centre of mass is at x = y = 0."""
-    lowest = rotation.apply(model.vertices_in_base(angle))[:, 2].min()
-    centre = rotation.apply(model.parts[BASE].com)
-    return RigidTransform.from_components([-centre[0], -centre[1], -lowest], rotation)
-
-
-def _wrist_pose(label: dict[str, Any], side: str) -> RigidTransform:
-    position = label[f"{side}_trans"] + WRIST_FROM_MANO[side]
-    return RigidTransform.from_components(position, Rotation.from_rotvec(label[f"{side}_rot"]))
-
-
-def _finger_angles(rotation_vectors: Array) -> Array:
-    angles: Array = Rotation.from_rotvec(rotation_vectors.reshape(-1, 3)).as_euler("XYZ").ravel()
-    return angles
-
-
-def _object_state(state: Array) -> tuple[RigidTransform, float]:
-    """Pose of the base and hinge angle [rad] from ARCTIC's angle, rotation vector and translation [mm]."""
-    return RigidTransform.from_components(state[4:7] / 1000, Rotation.from_rotvec(state[1:4])), float(state[0])
-
-
-def _mocap_object(source: Path, label: dict[str, Any]) -> Array:
-    """The object's state at ``init_frame`` in the motion capture of the sequence that the images show."""
-    path = assets.object_folder(source, label["object"]) / label["subject"] / f"{label['sequence']}.object.npy"
-    try:
-        states = check_array("states", np.load(path, allow_pickle=False), ("T", 7), np.float64)
-        state: Array = states[label["init_frame"]]
-    except FileNotFoundError:
-        raise UserError(f"{path}: expected the sequence that gives the object's pose, found nothing") from None
-    except (OSError, ValueError, IndexError) as error:
+        rows = {name: check_array(name, arrays[name], *field, sizes) for name, field in _FIELDS.items()}
+        for name in ("object_init", "object_grasp"):
+            check_object_states(name, rows[name])
+        for side in HANDS:
+            check_hand_poses(f"{side}_", {name: rows[f"{side}_{name}"] for name in ("rot", "pose", "trans")})
+            check_range(f"{side}_contact", rows[f"{side}_contact"], 0, 1, "")
+    except ValueError as error:
         raise UserError(f"{path}: {error}") from None
-    return state
+    return rows
 
 
-def _transform(position: Array, orientation: Array) -> RigidTransform:
-    return RigidTransform.from_components(position, Rotation.from_quat(orientation))
+def labelled_objects(path: Path) -> list[str]:
+    """The objects that the compact file has labels of, sorted."""
+    return sorted(set(_read_compact_file(path, path.stat().st_mtime_ns)["object"].tolist()))
 
 
-def _pose(transform: RigidTransform) -> Array:
-    position, rotation = transform.as_components()
-    return np.concatenate([position, rotation.as_quat(canonical=True)])
+def _from_compact_file(path: Path, name: str, sequences: _Sequences) -> Iterator[tuple[Label, LabelledFrame | None]]:
+    rows = _read_compact_file(path, path.stat().st_mtime_ns)
+    for index in np.flatnonzero(rows["object"] == name):
+        row = {field: values[index] for field, values in rows.items()}
+        recording = Recording(str(row["subject"]), str(row["sequence"]), row["split"] == IMAGES)
+        label = Label(str(row["split"]), recording, str(row["kind"]), int(row["init_frame"]), int(row["grasp_frame"]))
+        _check_label(label, name, f"{path}: row {index}")
+        both = {part: np.stack([row[f"{side}_{part}"] for side in HANDS]) for part in ("rot", "pose", "trans")}
+        contacts = np.stack([row[f"{side}_contact"] for side in HANDS]) > 0
+        # The camera's frame is not the world's.
+        initial = sequences.initial_state(label) if recording.reconstructed else row["object_init"]
+        if initial is None:
+            yield label, None
+        else:
+            yield (
+                label,
+                LabelledFrame(label, initial, row["object_grasp"], both["rot"], both["pose"], both["trans"], contacts),
+            )
 
 
-def _provenance(label: dict[str, Any]) -> str:
-    return f"{label['sequence']} {label['subject']} init {label['init_frame']} grasp {label['grasp_frame']}"
+def _from_release(source: ArcticSource, name: str) -> Iterator[Label]:
+    splits = {folder: split for split, folder in LABEL_FOLDERS.items()}
+    for path in label_files(source, name):
+        split = splits[path.parent.name]
+        rows = read_npy(path)
+        if not isinstance(rows, list):
+            raise UserError(f"{path}: expected a list of labels, found {type(rows).__name__}")
+        for index, row in enumerate(rows):
+            where = f"{path}: label {index}"
+            try:
+                recording = Recording(f"s{int(row['seq_num'])}", str(row["seq_name"]), split == IMAGES)
+                label = Label(split, recording, str(row["kind"]), int(row["init_frame"]), int(row["grasp_frame"]))
+            except (TypeError, ValueError, LookupError) as error:
+                raise UserError(f"{where}: expected seq_num, seq_name, kind and two frames: {error!r}") from None
+            _check_label(label, name, where)
+            yield label
 
 
-def mean_pose_path(source: Path, side: str) -> Path:
-    """The file of MANO's mean hand pose in the release."""
-    return source / "rsc" / "mano_double" / f"{side}_pose_mean.txt"
+def _check_label(label: Label, name: str, where: str) -> None:
+    try:
+        check_name(label.recording, name)
+        if label.split not in LABEL_FOLDERS:
+            raise ValueError(f"expected one of the splits {', '.join(LABEL_FOLDERS)}, found {label.split!r}")
+        if min(label.initial_frame, label.frame) < 0:
+            raise ValueError(f"expected frames from 0, found {label.initial_frame} and {label.frame}")
+    except ValueError as error:
+        raise UserError(f"{where}: {error}") from None

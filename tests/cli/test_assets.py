@@ -16,26 +16,38 @@ def test_import_passes_its_options_on(
 ) -> None:
     """What the library is asked for and what it reports are the command line's, for people and for programs."""
     asked = []
+    fit = {"pieces": 7, "open_edges": 2, "volume_ratio": 1.05}
+    fit |= {f"{way}_{figure}_mm": 0.25 for way in ("outward", "inward") for figure in ("median", "p95")}
 
-    def import_arctic(source: Path, objects: Any, destination: Any, progress: arctic.Progress) -> arctic.ImportReport:
+    def import_arctic(
+        path: Path, objects: Any, destination: Any, progress: arctic.Progress, **more: Any
+    ) -> arctic.ImportReport:
         progress("objects/box.usda", 0, 1)
-        asked.append((source, objects, destination))
-        return arctic.ImportReport(tmp_path, ("objects/box.usda",), ("hands/mano_left.usda",), ("box 7: no hand",))
+        asked.append((path, objects, destination, more))
+        parts = {"box": {"base": fit}}
+        return arctic.ImportReport(tmp_path, ["objects/box.usda"], ["hands/mano_left.usda"], ["box 7: no hand"], parts)
 
     monkeypatch.setattr(arctic, "import_arctic", import_arctic)
     assert main(["import-arctic", "release"]) == 0
     text = capsys.readouterr().out
     assert f"wrote {tmp_path / 'objects/box.usda'}\n" in text and "skipped box 7: no hand\n" in text
-    assert "1 files written, 1 unchanged, 1 labels skipped" in text
+    assert ["box", "base", "7", "1.050", "0.25", "0.25", "0.25", "0.25", "2"] in [
+        line.split() for line in text.split("\n")
+    ]
+    assert "1 files written, 1 unchanged, 1 notes" in text
     words = ["import-arctic", "release", "--objects", "box", "laptop", "--destination", str(tmp_path), "--json"]
-    assert main(words) == 0
+    assert main([*words, "--mano", "models", "--processes", "3"]) == 0
     assert json.loads(capsys.readouterr().out) == {
         "destination": str(tmp_path),
         "written": ["objects/box.usda"],
         "unchanged": ["hands/mano_left.usda"],
         "skipped": ["box 7: no hand"],
+        "parts": {"box": {"base": fit}},
     }
-    assert asked == [(Path("release"), None, None), (Path("release"), ("box", "laptop"), tmp_path)]
+    assert asked == [
+        (Path("release"), None, None, {"mano": None, "processes": None}),
+        (Path("release"), ("box", "laptop"), tmp_path, {"mano": Path("models"), "processes": 3}),
+    ]
 
 
 def test_import_from_a_wrong_folder_writes_nothing(
