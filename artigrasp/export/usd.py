@@ -144,11 +144,14 @@ def _add_floor(stage: Usd.Stage) -> None:
 def _add_body(stage: Usd.Stage, path: str, body: Body, material: str, codes: Sequence[float]) -> Usd.Prim:
     """Add a body with its surface, moving through the time codes."""
     xform = UsdGeom.Xform.Define(stage, path)
-    translate, orient = xform.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble), xform.AddOrientOp()
+    # Double precision: USD takes the angle of a rotation from the arc cosine of w, which turns the rounding of a float
+    # near one into a third of a milliradian.
+    double = UsdGeom.XformOp.PrecisionDouble
+    translate, orient = xform.AddTranslateOp(double), xform.AddOrientOp(double)
     for code, pose in zip(codes, _continuous(body.poses).tolist(), strict=True):
         x, y, z, qx, qy, qz, qw = pose
         translate.Set(Gf.Vec3d(x, y, z), code)
-        orient.Set(Gf.Quatf(qw, qx, qy, qz), code)
+        orient.Set(Gf.Quatd(qw, qx, qy, qz).GetNormalized(), code)
     _add_surface(stage, f"{path}/visual", body.surface, material, body.colour)
     return xform.GetPrim()
 

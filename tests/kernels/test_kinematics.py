@@ -19,10 +19,9 @@ def kinematics(sample: Sample) -> tuple[np.ndarray, np.ndarray]:
     return device.hands.link_pose.numpy(), device.hands.keypoint.numpy()
 
 
-@pytest.fixture(scope="module")
-def sample() -> Sample:
-    """100 poses of the shipped left and right hands."""
-    hands = [load_hand("open", side) for side in HANDS]
+def sample_of(hand: str) -> Sample:
+    """100 poses of the left and right hands of this name."""
+    hands = [load_hand(hand, side) for side in HANDS]
     return replace(
         random_sample(),
         link_offset=np.stack([hand.link_offset for hand in hands]),
@@ -30,14 +29,31 @@ def sample() -> Sample:
     )
 
 
-def test_links_and_keypoints_agree_with_numpy_to_a_micrometre(sample: Sample) -> None:
-    """All 16 link frames and 21 keypoints of both shipped hands, in 100 random poses."""
+@pytest.fixture(scope="module")
+def sample() -> Sample:
+    """The shipped hands."""
+    return sample_of("open")
+
+
+def check_against_numpy(sample: Sample) -> None:
+    """All 16 link frames and 21 keypoints are those of an independent chain."""
     link_pose, keypoint = kinematics(sample)
     links, expected_keypoint = numpy_reference.forward_kinematics(sample)
     matrix = numpy_reference.frame(link_pose)[0]
     np.testing.assert_allclose(keypoint, expected_keypoint, atol=1e-6)
     np.testing.assert_allclose(link_pose[..., :3], np.stack([link[1] for link in links], axis=2), atol=1e-6)
     np.testing.assert_allclose(matrix, np.stack([link[0] for link in links], axis=2), atol=2e-6)
+
+
+def test_links_and_keypoints_agree_with_numpy_to_a_micrometre(sample: Sample) -> None:
+    """Both shipped hands, in 100 random poses."""
+    check_against_numpy(sample)
+
+
+@pytest.mark.usefixtures("arctic_assets")
+def test_imported_hands_agree_with_numpy_too() -> None:
+    """Both MANO-mean hands, in 100 random poses."""
+    check_against_numpy(sample_of("mano"))
 
 
 def test_the_left_hand_is_the_right_one_in_a_mirror(sample: Sample) -> None:
