@@ -43,14 +43,20 @@ def read_arctic_hand(files: list[Path], side: str, path: Path) -> tuple[HandMode
         UserError: a file is missing or malformed.
     """
     if len(files) == 1:
-        return read_mano(files[0], HAND_NAME, side, path)
-    urdf_path, pose_path = files
+        hand, mean_pose = read_mano(files[0], HAND_NAME, side, path)
+    else:
+        hand, mean_pose = read_urdf_hand(files[0], HAND_NAME, side, path), _read_numbers(files[1])
+    if np.abs(mean_pose).max() > np.pi:
+        raise UserError(f"{files[-1]}: expected a mean pose within π rad, found {np.abs(mean_pose).max():g}")
+    return hand, mean_pose
+
+
+def _read_numbers(path: Path) -> Array:
     try:
-        values = [float(word) for word in pose_path.read_text().split()]
-        mean_pose = check_array("mean pose", values, (FINGER_DOF_COUNT,), np.float64)
+        values = [float(word) for word in path.read_text().split()]
+        return check_array("mean pose", values, (FINGER_DOF_COUNT,), np.float64)
     except (OSError, ValueError) as error:
-        raise UserError(f"{pose_path}: expected {FINGER_DOF_COUNT} numbers: {error}") from None
-    return read_urdf_hand(urdf_path, HAND_NAME, side, path), mean_pose
+        raise UserError(f"{path}: expected {FINGER_DOF_COUNT} numbers: {error}") from None
 
 
 def save_mean_pose(path: Path, mean_pose: dict[str, Array]) -> None:

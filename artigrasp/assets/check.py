@@ -9,7 +9,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from artigrasp.assets import hand_usd, object_usd
-from artigrasp.assets.decomposition import SETTINGS
+from artigrasp.assets.decomposition import SETTINGS, VERTICES_OF_FEW
 from artigrasp.assets.fidelity import volume_ratio
 from artigrasp.assets.hand import HandModel, read_hand
 from artigrasp.assets.holes import open_edges
@@ -21,7 +21,7 @@ from artigrasp.kernels.layout import DOFS, FINGERS, LINKS, PARTS, WRIST_DOF_COUN
 Array = NDArray[np.float64]
 
 MAX_PIECES = int(SETTINGS["max_convex_hull"])
-MAX_PIECE_VERTICES = 64
+MAX_PIECE_VERTICES = VERTICES_OF_FEW
 """Solvers keep no more vertices of a convex piece."""
 MAX_EFFORT = 5.0
 """Joint torques above this squeeze objects out of the hand and let solvers diverge [N·m]."""

@@ -22,6 +22,8 @@ from artigrasp.errors import UserError
 logger = logging.getLogger(__name__)
 
 FORMAT, VERSION = "artigrasp.pieces", 1
+FEW_PIECES, VERTICES_OF_FEW = 12, 64
+"""Where so few pieces do, each may have so many vertices: that costs no more, and large round pieces need them."""
 SETTINGS: dict[str, Any] = {
     "threshold": 0.02,
     "max_convex_hull": 32,
@@ -73,12 +75,17 @@ def _decompose(mesh: Mesh, settings: dict[str, Any]) -> tuple[Mesh, ...]:
     coacd.set_log_level("error")
     logger.info("cutting a mesh of %d faces into convex pieces", len(mesh.faces))
     found = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), **settings)
+    if len(found) <= FEW_PIECES:
+        finer = settings | {"max_ch_vertex": VERTICES_OF_FEW}
+        found = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), **finer)
     return tuple(Mesh(np.asarray(vertices, float), np.asarray(faces, np.int64)) for vertices, faces in found)
 
 
 def _cache_path(mesh: Mesh) -> Path:
     mesh = close_holes(mesh)
-    digest = hashlib.sha256(json.dumps([SETTINGS, version("coacd")], sort_keys=True).encode())
+    digest = hashlib.sha256(
+        json.dumps([SETTINGS, FEW_PIECES, VERTICES_OF_FEW, version("coacd")], sort_keys=True).encode()
+    )
     digest.update(np.ascontiguousarray(mesh.vertices, "<f8").tobytes())
     digest.update(np.ascontiguousarray(mesh.faces, "<i8").tobytes())
     return cache_folder() / "pieces" / f"{digest.hexdigest()[:32]}.npz"

@@ -30,7 +30,7 @@ from artigrasp.references.arctic_sequence import object_sequence_files
 from artigrasp.references.manifest import Manifest, digest_files
 from artigrasp.references.reference import save_references
 
-IMPORTER_VERSION = 2
+IMPORTER_VERSION = 3
 """Raised when the same source gives other files than before, so that they are made anew."""
 
 Progress = Callable[[str, int, int], None]

@@ -8,7 +8,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from artigrasp.assets.arctic import HAND_NAME
 from artigrasp.assets.object import ObjectModel
-from artigrasp.errors import unknown
+from artigrasp.errors import UserError, unknown
 from artigrasp.kernels.layout import ARTICULATED, BASE, HANDS
 from artigrasp.references.arctic_labels import LabelledFrame
 from artigrasp.references.reference import ReferenceSet
@@ -42,11 +42,14 @@ def make_references(model: ObjectModel, frames: list[LabelledFrame], mean_pose: 
         mean_pose: MANO's mean pose of each side, shape (45,) [rad].
 
     Raises:
-        UserError: a label is of an unknown kind.
+        UserError: a label is of an unknown kind, or the numbers make no pose.
     """
     rows = [_make_reference(model, frame, mean_pose) for frame in frames]
     columns: dict[str, Any] = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-    return ReferenceSet(object=model.name, hand=HAND_NAME, **columns)
+    try:
+        return ReferenceSet(object=model.name, hand=HAND_NAME, **columns)
+    except ValueError as error:
+        raise UserError(f"{model.name}: {error}") from None
 
 
 def _make_reference(model: ObjectModel, frame: LabelledFrame, mean_pose: dict[str, Array]) -> dict[str, Any]:

@@ -32,6 +32,14 @@ def test_pieces_fit_and_are_cut_once(tmp_path: Path, monkeypatch: pytest.MonkeyP
         np.testing.assert_array_equal(piece.faces, other.faces)
 
 
+def test_few_pieces_have_more_vertices(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A cylinder, which is one piece, is rounder than the 40 vertices allow that each of many pieces gets."""
+    monkeypatch.setenv("ARTIGRASP_CACHE", str(tmp_path))
+    cylinder = trimesh.creation.cylinder(0.05, 0.2, sections=50)
+    (piece,) = convex_pieces(Mesh(np.array(cylinder.vertices), np.array(cylinder.faces)))
+    assert 40 < len(piece.vertices) <= decomposition.VERTICES_OF_FEW
+
+
 def test_damaged_cache_is_made_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A cache file that cannot be read is no obstacle."""
     monkeypatch.setenv("ARTIGRASP_CACHE", str(tmp_path))
