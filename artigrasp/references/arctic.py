@@ -151,7 +151,8 @@ class _Import:
         for name in names:
             path = self._path("objects", name)
             self._make(path, files[name], partial(make, name))
-            self.report.parts[name] = self._manifest.note(path, "parts")
+            noted = self._manifest.note(path, "parts") or {}
+            self.report.parts[name] = {part: noted[part] for part in PARTS if part in noted}
 
     def make_references(self) -> None:
         """Make the references of all wanted objects that are there, from frames that are labelled."""
