@@ -11,11 +11,12 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 INSTALLED := build/installed
 
-.PHONY: help venv demo test check style types imports bench clean $(INSTALLED)
+.PHONY: help venv demo test fuzz check style types imports bench clean $(INSTALLED)
 
 help:
 	@echo "make demo    open the shipped box with a simulated hand, from nothing"
 	@echo "make test    run the tests"
+	@echo "make fuzz    run the tests that damage files ten times as long, and count how it ended"
 	@echo "make check   run linter, formatter, type checker and import contracts"
 	@echo "make bench   measure throughput"
 	@echo "make venv    make the environment in $(VENV)"
@@ -39,6 +40,10 @@ test: $(STAMP)
 
 bench: $(STAMP)
 	$(BIN)/artigrasp bench
+
+# Some ten minutes.
+fuzz: $(STAMP)
+	ARTIGRASP_FUZZ=10 $(BIN)/python -m pytest -q --hypothesis-show-statistics -k damaged tests
 
 check: style types imports
 

@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from artigrasp.errors import UserError
 from artigrasp.restricted_pickle import read_npy, read_pickle
+from tests.fuzzing import examples
 
 DATA = {
     "numbers": np.arange(6.0).reshape(2, 3),
@@ -208,7 +209,7 @@ def test_file_is_missing_or_no_file(tmp_path: Path) -> None:
             assert str(path) in str(caught.value)
 
 
-@settings(max_examples=300, deadline=None)
+@examples(300)
 @given(data=st.data())
 def test_damaged_files_end_in_one_line(data: st.DataObject, tmp_path_factory: pytest.TempPathFactory) -> None:
     """Whatever bytes are cut off, changed or made up: either data comes back or a UserError of one line."""

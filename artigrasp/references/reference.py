@@ -33,6 +33,8 @@ _SHAPES: dict[str, tuple[tuple[int | str, ...], Any]] = {
     "sequence": (("R",), np.str_),
     "frame": (("R",), np.int32),
 }
+_LARGEST_ANGLE, _FARTHEST = 2 * np.pi, 10.0
+"""What is beyond is in degrees or millimetres [rad, m]."""
 _RECORDING = ("subject", "sequence", "frame")
 """What files of version 1 lack. One value may stand for all references."""
 _POSES: dict[str, tuple[int | str, ...]] = {"wrist_pose_in_part": ("R", len(HANDS)), "object_pose": ("R",)}
@@ -89,6 +91,10 @@ class ReferenceSet:
             object.__setattr__(self, name, check_poses(name, getattr(self, name), shape, sizes))
         _check_values("kind", self.kind, KINDS)
         _check_values("part", self.part, range(len(PARTS)))
+        for name in ("finger_angles", "object_angle"):
+            _check_magnitude(name, getattr(self, name), _LARGEST_ANGLE, "rad")
+        for name in _POSES:
+            _check_magnitude(name, getattr(self, name)[..., :3], _FARTHEST, "m")
         idle = np.flatnonzero(~self.active.any(axis=1))
         if len(idle):
             raise ValueError(f"active[{idle[0]}]: expected at least one active hand, found none")
@@ -189,3 +195,11 @@ def _check_values(name: str, values: NDArray[Any], expected: Iterable[str | int]
         where = ", ".join(str(i) for i in index)
         known = ", ".join(str(value) for value in expected)
         raise ValueError(f"{name}[{where}]: expected one of {known}, found {values[tuple(index)]}")
+
+
+def _check_magnitude(name: str, values: NDArray[np.float32], largest: float, unit: str) -> None:
+    for index in np.argwhere(np.abs(values) > largest)[:1]:
+        where = ", ".join(str(i) for i in index)
+        raise ValueError(
+            f"{name}[{where}]: expected at most {largest:.3g} {unit} either way, found {values[tuple(index)]:.3g}"
+        )

@@ -3,11 +3,10 @@
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from artigrasp.assets.fidelity import Fidelity
@@ -17,59 +16,8 @@ from artigrasp.errors import UserError
 from artigrasp.references import arctic
 from artigrasp.references.arctic import import_arctic
 from artigrasp.references.reference import read_references
+from tests.fuzzing import damage, examples, note
 from tests.references import arctic_example as example
-
-
-def damage(data: st.DataObject, root: Path) -> None:
-    """Damage one file of a copy: cut it off, change bytes, replace numbers or the whole."""
-    paths = sorted(path for path in root.rglob("*") if path.is_file())
-    path = data.draw(st.sampled_from(paths))
-    content = path.read_bytes()
-    kind = data.draw(st.sampled_from(["missing", "cut", "bytes", "array", "text", "made up"]))
-    if kind == "missing":
-        path.unlink()
-    elif kind == "cut":
-        path.write_bytes(content[: data.draw(st.integers(0, len(content) - 1))])
-    elif kind == "bytes":
-        at = data.draw(st.integers(0, len(content) - 1))
-        path.write_bytes(content[:at] + data.draw(st.binary(min_size=1, max_size=8)) + content[at + 1 :])
-    elif kind == "array" and path.suffix in (".npy", ".npz"):
-        damage_array(data, path)
-    elif kind == "text" and path.suffix in (".urdf", ".obj", ".txt", ".json"):
-        words = content.decode().split(" ")
-        at = data.draw(st.integers(0, len(words) - 1))
-        words[at] = data.draw(st.sampled_from(["nan", "inf", "-1", "1e300", "0", "", "1e-30", "99999", "é", '"']))
-        path.write_text(" ".join(words))
-    else:
-        path.write_bytes(data.draw(st.binary(max_size=50)))
-
-
-def damage_array(data: st.DataObject, path: Path) -> None:
-    """Replace a number by one that cannot be, or an array by one of another shape or type."""
-    loaded: Any = np.load(path, allow_pickle=True)
-    arrays = dict(loaded) if path.suffix == ".npz" else {"only": loaded}
-    name = data.draw(st.sampled_from(sorted(arrays)))
-    array = arrays[name]
-    if array.dtype == object:
-        target = array.item() if array.ndim == 0 else array[data.draw(st.integers(0, len(array) - 1))]
-        if "left" in target:
-            target = target[data.draw(st.sampled_from(["left", "right"]))]
-        key = data.draw(st.sampled_from(sorted(target)))
-        target[key] = data.draw(st.sampled_from([None, "s1", -1, 10**9, 2.5, np.nan, [], np.zeros((3, 3)), {}]))
-    else:
-        extremes: list[Any] = [np.nan, np.inf, 1e300, -1, 0, 10**9] if array.dtype.kind in "fiu" else ["", "../x", "s5"]
-        choice = data.draw(st.sampled_from(["value", "flat", "empty", "complex", "object"]))
-        if choice == "value" and array.size:
-            array = array.astype(float) if array.dtype.kind in "fiu" else array.astype("U10")
-            array.flat[data.draw(st.integers(0, array.size - 1))] = data.draw(st.sampled_from(extremes))
-        shapes = {"flat": array.ravel(), "empty": array[:0], "value": array}
-        arrays[name] = (
-            shapes[choice] if choice in shapes else array.astype(choice if array.dtype.kind != "U" else "S10")
-        )
-    if path.suffix == ".npz":
-        np.savez(path, **arrays)
-    else:
-        np.save(path, arrays["only"], allow_pickle=True)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -95,7 +43,15 @@ def copies(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     }
 
 
-@settings(max_examples=80, deadline=None)
+@pytest.fixture(scope="module")
+def imported(copies: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What an import of the release makes."""
+    folder = tmp_path_factory.mktemp("imported")
+    import_arctic(copies["release"], destination=folder)
+    return folder
+
+
+@examples(40)
 @given(data=st.data())
 def test_damaged_copies_end_in_one_line(
     data: st.DataObject, copies: dict[str, Path], tmp_path_factory: pytest.TempPathFactory
@@ -103,14 +59,45 @@ def test_damaged_copies_end_in_one_line(
     """However one file is damaged, the import ends well or with one line, and every file that it leaves can be read."""
     folder = tmp_path_factory.mktemp("damaged")
     root = shutil.copytree(copies[data.draw(st.sampled_from(sorted(copies)))], folder / "copy")
-    damage(data, root)
+    kind = damage(data, draw_file(data, root), folder / "sign")
     try:
         import_arctic(root, destination=folder / "assets")
+        note(kind, None)
     except UserError as error:
-        assert "\n" not in str(error)
-    left = [path for path in (folder / "assets").rglob("*") if path.is_file() and path.name != "manifest.json"]
+        note(kind, error)
+    assert not (folder / "sign").exists()
+    check_files(folder / "assets")
+    shutil.rmtree(folder)
+
+
+@examples(8)
+@given(data=st.data())
+def test_damaged_products_are_mended(
+    data: st.DataObject, copies: dict[str, Path], imported: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """However a file of an earlier import, or its manifest, is damaged, importing again makes everything as it was."""
+    folder = tmp_path_factory.mktemp("mended")
+    assets = shutil.copytree(imported, folder / "assets")
+    kind = damage(data, draw_file(data, assets), folder / "sign")
+    import_arctic(copies["release"], destination=assets)
+    note(kind, None)
+    assert not (folder / "sign").exists()
+    for path in imported.rglob("*"):
+        if path.is_file():
+            assert (assets / path.relative_to(imported)).read_bytes() == path.read_bytes()
+    shutil.rmtree(folder)
+
+
+def draw_file(data: st.DataObject, root: Path) -> Path:
+    """One of the files below a folder."""
+    return data.draw(st.sampled_from(sorted(path for path in root.rglob("*") if path.is_file())))
+
+
+def check_files(assets: Path) -> None:
+    """Read every file that an import left, in its own way."""
+    left = [path for path in assets.rglob("*") if path.is_file() and path.name != "manifest.json"]
     for path in left:
-        name = path.relative_to(folder / "assets").as_posix()
+        name = path.relative_to(assets).as_posix()
         if name.startswith("objects"):
             model = read_object(path)
             assert all(0 < part.mass < 1e6 for part in model.parts)
@@ -120,4 +107,3 @@ def test_damaged_copies_end_in_one_line(
             assert np.isfinite(read_hand(path).link_mass).all()
         else:
             assert name == "references/box.npz" and len(read_references(path)) > 0
-    shutil.rmtree(folder)

@@ -1,0 +1,172 @@
+"""Damaged files: a few at every run of the tests, many where somebody asks for them (`make fuzz`)."""
+
+import io
+import os
+import pickle
+import warnings
+import zipfile
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from hypothesis import event, settings
+from hypothesis import strategies as st
+
+from artigrasp.errors import UserError
+
+KINDS = ("missing", "cut", "bytes", "array", "unit", "huge", "text", "pickle", "made up")
+TRAPS = {
+    ".json": ("[" * 100_000, '{"keypoints": ' * 50_000, "1" * 10_000, '{"format": "artigrasp.manifest", "version": 2}'),
+    ".urdf": (
+        '<!DOCTYPE r [<!ENTITY a "aaaaaaaaaa">'
+        + "".join(f'<!ENTITY {x} "{10 * f"&{y};"}">' for y, x in pairwise("abcdefghij"))
+        + "]><robot>&j;</robot>",
+        "<robot>" + "<link>" * 50_000,
+        "<robot/>",
+    ),
+    ".obj": ("v 0 0 0\n" * 20_000 + "f 1 2 3\n" * 20_000, "v 1 2 3\nf 1 1 1\n", "v 0 0 0\nf 999999999999 2 3\n"),
+    ".txt": ("0.1 " * 100_000, "1e999 " * 45, "9" * 10_000),
+}
+"""Texts that take a simple reader long, or far."""
+
+
+def examples(count: int) -> settings:
+    """So many inputs, times the environment variable ``ARTIGRASP_FUZZ`` where it is set."""
+    return settings(max_examples=count * int(os.environ.get("ARTIGRASP_FUZZ", "1")), deadline=None)
+
+
+def note(kind: str, error: UserError | None) -> None:
+    """Count in the statistics of a run how inputs of a kind ended, and check that an error is one line."""
+    event(f"{kind}: {'read' if error is None else 'refused'}")
+    assert error is None or "\n" not in str(error)
+
+
+class MakesFolder:
+    """Makes a folder when it is unpickled."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __reduce__(self) -> tuple[Any, tuple[str]]:
+        return os.mkdir, (str(self.path),)
+
+
+def damage(data: st.DataObject, path: Path, sign: Path) -> str:
+    """Damage a file; how.
+
+    Args:
+        data: Draws what to do.
+        path: The file.
+        sign: A folder that pickles make when they are run.
+    """
+    content, is_array = path.read_bytes(), path.suffix in (".npy", ".npz")
+    kind = data.draw(st.sampled_from(KINDS))
+    if kind == "missing":
+        path.unlink()
+    elif kind == "cut":
+        path.write_bytes(content[: data.draw(st.integers(0, max(len(content) - 1, 0)))])
+    elif kind == "bytes":
+        at = data.draw(st.integers(0, max(len(content) - 1, 0)))
+        path.write_bytes(content[:at] + data.draw(st.binary(min_size=1, max_size=8)) + content[at + 1 :])
+    elif kind == "array" and is_array:
+        damage_array(data, path)
+    elif kind == "unit" and (is_array or path.suffix in (".obj", ".txt")):
+        damage_unit(path, data.draw(st.sampled_from([1000.0, 1e-3, 180 / np.pi, -1.0])))
+    elif kind == "huge":
+        make_huge(data, path)
+    elif kind == "pickle":
+        program = pickle.dumps(MakesFolder(sign), data.draw(st.sampled_from([0, 2, 4])))
+        if is_array and data.draw(st.booleans()):
+            save_object(path, MakesFolder(sign))
+        else:
+            path.write_bytes(program)
+    elif kind == "text" and not is_array:
+        words = content.decode().split(" ")
+        at = data.draw(st.integers(0, len(words) - 1))
+        words[at] = data.draw(st.sampled_from(["nan", "inf", "-1", "1e300", "0", "", "1e-30", "99999", "é", '"']))
+        path.write_text(" ".join(words))
+    else:
+        kind = "made up"
+        path.write_bytes(data.draw(st.binary(max_size=50)))
+    return kind
+
+
+def damage_unit(path: Path, factor: float) -> None:
+    """Multiply the numbers of a file."""
+    if path.suffix in (".npy", ".npz"):
+        loaded: Any = np.load(path, allow_pickle=True)
+        if path.suffix == ".npz":
+            changed = {name: a * factor if a.dtype.kind == "f" else a for name, a in loaded.items()}
+            np.savez(path, **changed)
+        elif loaded.dtype.kind == "f":
+            np.save(path, loaded * factor)
+        elif isinstance(table := loaded.item() if loaded.ndim == 0 else None, dict):
+            scaled = {side: {name: factor * values for name, values in of.items()} for side, of in table.items()}
+            np.save(path, np.array(scaled, object), allow_pickle=True)
+        return
+    lines = [
+        " ".join(str(float(word) * factor) if "." in word else word for word in line.split(" "))
+        for line in path.read_text().splitlines()
+        if not line.startswith("#")
+    ]
+    path.write_text("\n".join(lines))
+
+
+def make_huge(data: st.DataObject, path: Path) -> None:
+    """Let a file claim or be far more than it should."""
+    if path.suffix in (".npy", ".npz"):
+        shape = data.draw(st.sampled_from([(2**40,), (2**62, 2**62), (10**6, 10**6, 0), (-1,), (3,) * 40]))
+        claim = {
+            "descr": data.draw(st.sampled_from(["<f8", "|O", "<U1000000"])),
+            "fortran_order": False,
+            "shape": shape,
+        }
+        file = io.BytesIO()
+        np.lib.format.write_array_header_1_0(file, claim)
+        if path.suffix == ".npy":
+            path.write_bytes(file.getvalue() + bytes(100))
+        else:
+            with zipfile.ZipFile(path, "a") as archive, warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                archive.writestr(data.draw(st.sampled_from(archive.namelist())), file.getvalue() + bytes(100))
+    else:
+        path.write_text(data.draw(st.sampled_from(TRAPS.get(path.suffix, ("x" * 10**6,)))))
+
+
+def save_object(path: Path, value: object) -> None:
+    """Write an array of one Python object, which is a pickle."""
+    array = np.empty((), object)
+    array[()] = value
+    if path.suffix == ".npz":
+        np.savez(path, split=array)
+    else:
+        np.save(path, array, allow_pickle=True)
+
+
+def damage_array(data: st.DataObject, path: Path) -> None:
+    """Replace a number by one that cannot be, or an array by one of another shape or type."""
+    loaded: Any = np.load(path, allow_pickle=True)
+    arrays = dict(loaded) if path.suffix == ".npz" else {"only": loaded}
+    name = data.draw(st.sampled_from(sorted(arrays)))
+    array = arrays[name]
+    if array.dtype == object:
+        target = array.item() if array.ndim == 0 else array[data.draw(st.integers(0, len(array) - 1))]
+        if "left" in target:
+            target = target[data.draw(st.sampled_from(["left", "right"]))]
+        key = data.draw(st.sampled_from(sorted(target)))
+        target[key] = data.draw(st.sampled_from([None, "s1", -1, 10**9, 2.5, np.nan, [], np.zeros((3, 3)), {}]))
+    else:
+        extremes: list[Any] = [np.nan, np.inf, 1e300, -1, 0, 10**9] if array.dtype.kind in "fiu" else ["", "../x", "s5"]
+        choice = data.draw(st.sampled_from(["value", "flat", "empty", "complex", "object"]))
+        if choice == "value" and array.size:
+            array = array.astype(float) if array.dtype.kind in "fiu" else array.astype("U10")
+            array.flat[data.draw(st.integers(0, array.size - 1))] = data.draw(st.sampled_from(extremes))
+        shapes = {"flat": array.ravel(), "empty": array.ravel()[:0], "value": array}
+        arrays[name] = (
+            shapes[choice] if choice in shapes else array.astype(choice if array.dtype.kind != "U" else "S10")
+        )
+    if path.suffix == ".npz":
+        np.savez(path, **arrays)
+    else:
+        np.save(path, arrays["only"], allow_pickle=True)
