@@ -1,4 +1,4 @@
-"""Between MuJoCo's packed double-precision state vectors and the project's arrays ``[world, hand, ...]``.
+"""Between MuJoCo's packed double-precision state vectors and the project's arrays.
 
 A state row is MuJoCo's FULLPHYSICS state (time, qpos, qvel, ...); a control row is
 (qfrc_applied, mocap positions, mocap quaternions). This is the border where MuJoCo's wxyz quaternions become xyzw.
@@ -6,7 +6,7 @@ A state row is MuJoCo's FULLPHYSICS state (time, qpos, qvel, ...); a control row
 
 import warp as wp
 
-from .states import HandState, ObjectState
+from .states import HandState, ObjectSlots
 
 wp.set_module_options({"enable_backward": False})
 
@@ -16,20 +16,24 @@ START_TIME = wp.constant(wp.float64(1.0))
 
 @wp.struct
 class StateLayout:
-    """Columns of the state and control rows, see ``simulation.mujoco_model.ModelLayout``."""
+    """Columns of the state, control and sensor rows, see ``simulation.mujoco_model.ModelLayout``.
+
+    Those of the hands are [H, 51] and [H], those of the objects [O] (-1 for what a base has not), those of the sensors
+    [O, H, 16, 2].
+    """
 
     hand_qpos: wp.array2d[int]
     hand_qvel: wp.array2d[int]
     hand_force: wp.array2d[int]
     hand_mocap_position: wp.array[int]
     hand_mocap_quaternion: wp.array[int]
-    hinge_qpos: int
-    hinge_qvel: int
-    object_qpos: int
-    object_qvel: int
-    object_mocap_position: int
-    object_mocap_quaternion: int
-    contact_sensor: wp.array3d[int]
+    hinge_qpos: wp.array[int]
+    hinge_qvel: wp.array[int]
+    object_qpos: wp.array[int]
+    object_qvel: wp.array[int]
+    object_mocap_position: wp.array[int]
+    object_mocap_quaternion: wp.array[int]
+    contact_sensor: wp.array4d[int]
 
 
 @wp.func
@@ -67,6 +71,7 @@ def finish_substep(
     next_state: wp.array2d[wp.float64],
     sensor: wp.array2d[wp.float64],
     layout: StateLayout,
+    focus: wp.array[int],
     first_velocity: int,
     acceleration_per_velocity_change: wp.array[wp.float64],
     weight: float,
@@ -84,6 +89,7 @@ def finish_substep(
         next_state: [W, S] state rows after the substep.
         sensor: [W, K] sensor rows.
         layout: columns.
+        focus: [W] the object whose contact forces are taken.
         first_velocity: first of the state's velocity columns.
         acceleration_per_velocity_change: [V] guess of the acceleration from what a substep adds to the velocity, 1/s.
         weight: of this substep's contact forces in their mean.
@@ -98,41 +104,42 @@ def finish_substep(
         warmstart[world, dof] = acceleration_per_velocity_change[dof] * change
     for column in range(state.shape[1]):
         state[world, column] = next_state[world, column]
+    touched = focus[world]
     for hand in range(layout.hand_qpos.shape[0]):
         for dof in range(layout.hand_qpos.shape[1]):
             hands.joint_q[world, hand, dof] = float(next_state[world, layout.hand_qpos[hand, dof]])
             hands.joint_qd[world, hand, dof] = float(next_state[world, layout.hand_qvel[hand, dof]])
-        for link in range(layout.contact_sensor.shape[1]):
-            for part in range(layout.contact_sensor.shape[2]):
-                force = weight * read_vector(sensor[world], layout.contact_sensor[hand, link, part])
+        for link in range(layout.contact_sensor.shape[2]):
+            for part in range(layout.contact_sensor.shape[3]):
+                force = weight * read_vector(sensor[world], layout.contact_sensor[touched, hand, link, part])
                 if first == 0:
                     force += hands.contact_force[world, hand, link, part]
                 hands.contact_force[world, hand, link, part] = force
 
 
 @wp.kernel
-def unpack_object(
+def unpack_objects(
     state: wp.array2d[wp.float64],
     layout: StateLayout,
     # outputs
-    objects: ObjectState,
+    slots: ObjectSlots,
     diverged: wp.array[int],
 ):
-    """Object base pose and velocity (linear of the base origin, angular; world frame) and hinge angle.
+    """Base pose and velocity (linear of the base origin, angular; world frame) and hinge angle of every object.
 
     MuJoCo resets a world whose state is not finite, which shows as a clock before `START_TIME`: such a world is
-    marked in ``diverged``. A fixed base keeps the pose that was written last. Launched over [world].
+    marked in ``diverged``. A fixed base keeps the pose that was written last. Launched over [world, object].
     """
-    world = wp.tid()
+    world, slot = wp.tid()
     row = state[world]
-    objects.hinge_q[world] = float(row[layout.hinge_qpos])
-    objects.hinge_qd[world] = float(row[layout.hinge_qvel])
-    if layout.object_qpos >= 0:
-        rotation = read_quaternion(row, layout.object_qpos + 3)
-        objects.pose[world] = wp.transform(read_vector(row, layout.object_qpos), rotation)
-        objects.velocity[world] = wp.spatial_vector(
-            read_vector(row, layout.object_qvel),
-            wp.quat_rotate(rotation, read_vector(row, layout.object_qvel + 3)),
+    slots.hinge_q[world, slot] = float(row[layout.hinge_qpos[slot]])
+    slots.hinge_qd[world, slot] = float(row[layout.hinge_qvel[slot]])
+    qpos, qvel = layout.object_qpos[slot], layout.object_qvel[slot]
+    if qpos >= 0:
+        rotation = read_quaternion(row, qpos + 3)
+        slots.pose[world, slot] = wp.transform(read_vector(row, qpos), rotation)
+        slots.velocity[world, slot] = wp.spatial_vector(
+            read_vector(row, qvel), wp.quat_rotate(rotation, read_vector(row, qvel + 3))
         )
     if not (row[0] >= START_TIME):
         diverged[world] = 1
@@ -150,7 +157,7 @@ def pack_torques(joint_torque: wp.array3d[float], layout: StateLayout, control: 
 def pack_state(
     world_mask: wp.array[int],
     hands: HandState,
-    objects: ObjectState,
+    slots: ObjectSlots,
     layout: StateLayout,
     # outputs
     state: wp.array2d[wp.float64],
@@ -170,16 +177,18 @@ def pack_state(
         base = hands.hand_base[world, hand]
         write_vector(controls, layout.hand_mocap_position[hand], wp.transform_get_translation(base))
         write_quaternion(controls, layout.hand_mocap_quaternion[hand], wp.transform_get_rotation(base))
-    row[layout.hinge_qpos] = wp.float64(objects.hinge_q[world])
-    row[layout.hinge_qvel] = wp.float64(objects.hinge_qd[world])
-    position = wp.transform_get_translation(objects.pose[world])
-    rotation = wp.transform_get_rotation(objects.pose[world])
-    if layout.object_qpos >= 0:
-        write_vector(row, layout.object_qpos, position)
-        write_quaternion(row, layout.object_qpos + 3, rotation)
-        write_vector(row, layout.object_qvel, wp.spatial_top(objects.velocity[world]))
-        angular = wp.quat_rotate_inv(rotation, wp.spatial_bottom(objects.velocity[world]))
-        write_vector(row, layout.object_qvel + 3, angular)
-    else:
-        write_vector(controls, layout.object_mocap_position, position)
-        write_quaternion(controls, layout.object_mocap_quaternion, rotation)
+    for slot in range(layout.hinge_qpos.shape[0]):
+        row[layout.hinge_qpos[slot]] = wp.float64(slots.hinge_q[world, slot])
+        row[layout.hinge_qvel[slot]] = wp.float64(slots.hinge_qd[world, slot])
+        position = wp.transform_get_translation(slots.pose[world, slot])
+        rotation = wp.transform_get_rotation(slots.pose[world, slot])
+        qpos, qvel = layout.object_qpos[slot], layout.object_qvel[slot]
+        if qpos >= 0:
+            write_vector(row, qpos, position)
+            write_quaternion(row, qpos + 3, rotation)
+            write_vector(row, qvel, wp.spatial_top(slots.velocity[world, slot]))
+            angular = wp.quat_rotate_inv(rotation, wp.spatial_bottom(slots.velocity[world, slot]))
+            write_vector(row, qvel + 3, angular)
+        else:
+            write_vector(controls, layout.object_mocap_position[slot], position)
+            write_quaternion(controls, layout.object_mocap_quaternion[slot], rotation)

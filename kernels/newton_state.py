@@ -1,4 +1,4 @@
-"""Between Newton's flat state arrays and the project's arrays ``[world, hand, ...]``.
+"""Between Newton's flat state arrays and the project's arrays ``[world, hand, ...]`` and ``[world, object]``.
 
 All worlds have the same joints in the same order, so that a coordinate of a world is its place in the first world plus
 a stride. Newton gives the velocity of a free body's centre of mass; ours is that of the base frame's origin.
@@ -6,7 +6,7 @@ a stride. Newton gives the velocity of a free body's centre of mass; ours is tha
 
 import warp as wp
 
-from .states import HandState, ObjectState
+from .states import HandState, ObjectSlots
 
 wp.set_module_options({"enable_backward": False})
 
@@ -25,12 +25,12 @@ class NewtonLayout:
         world_coords, world_dofs, world_joints, world_bodies: strides, joint coordinates (dofs, ...) of one world.
         hand_coord, hand_dof: [H, 51] places of the hand coordinates among a world's coordinates and dofs.
         hand_base_joint: [H] the fixed joint that carries each hand's base.
-        hinge_coord, hinge_dof: places of the hinge.
-        object_coord, object_dof: first places of a free base, `NO_FREE_BASE` for a fixed one.
-        object_base_joint, object_base_body: joint and body of the object's base.
+        hinge_coord, hinge_dof: [O] places of the objects' hinges.
+        object_coord, object_dof: [O] first places of free bases, `NO_FREE_BASE` for fixed ones.
+        object_base_joint, object_base_body: [O] joints and bodies of the objects' bases.
         shape_world: [shape] world of a shape, -1 for none.
         shape_link: [shape] ``hand * link count + link`` of the link that a shape belongs to, -1 for none.
-        shape_part: [shape] part that a shape belongs to, -1 for none.
+        shape_part: [shape] ``object * part count + part`` of the part that a shape belongs to, -1 for none.
     """
 
     world_coords: int
@@ -40,12 +40,12 @@ class NewtonLayout:
     hand_coord: wp.array2d[int]
     hand_dof: wp.array2d[int]
     hand_base_joint: wp.array[int]
-    hinge_coord: int
-    hinge_dof: int
-    object_coord: int
-    object_dof: int
-    object_base_joint: int
-    object_base_body: int
+    hinge_coord: wp.array[int]
+    hinge_dof: wp.array[int]
+    object_coord: wp.array[int]
+    object_dof: wp.array[int]
+    object_base_joint: wp.array[int]
+    object_base_body: wp.array[int]
     shape_world: wp.array[int]
     shape_link: wp.array[int]
     shape_part: wp.array[int]
@@ -110,31 +110,31 @@ def unpack_hands(
 
 
 @wp.kernel
-def unpack_object(
+def unpack_objects(
     joint_q: wp.array[float],
     joint_qd: wp.array[float],
     body_com: wp.array[wp.vec3],
     layout: NewtonLayout,
     # outputs
-    objects: ObjectState,
+    slots: ObjectSlots,
 ):
-    """Object base pose and velocity (linear of the base origin, angular; world frame) and hinge angle.
+    """Base pose and velocity (linear of the base origin, angular; world frame) and hinge angle of every object.
 
-    A fixed base keeps the pose that was written last. Launched over [world].
+    A fixed base keeps the pose that was written last. Launched over [world, object].
     """
-    world = wp.tid()
-    objects.hinge_q[world] = joint_q[world * layout.world_coords + layout.hinge_coord]
-    objects.hinge_qd[world] = joint_qd[world * layout.world_dofs + layout.hinge_dof]
-    if layout.object_coord != NO_FREE_BASE:
-        coord = world * layout.world_coords + layout.object_coord
-        dof = world * layout.world_dofs + layout.object_dof
+    world, slot = wp.tid()
+    slots.hinge_q[world, slot] = joint_q[world * layout.world_coords + layout.hinge_coord[slot]]
+    slots.hinge_qd[world, slot] = joint_qd[world * layout.world_dofs + layout.hinge_dof[slot]]
+    if layout.object_coord[slot] != NO_FREE_BASE:
+        coord = world * layout.world_coords + layout.object_coord[slot]
+        dof = world * layout.world_dofs + layout.object_dof[slot]
         rotation = wp.normalize(wp.quat(joint_q[coord + 3], joint_q[coord + 4], joint_q[coord + 5], joint_q[coord + 6]))
         position = wp.vec3(joint_q[coord], joint_q[coord + 1], joint_q[coord + 2])
-        com = wp.quat_rotate(rotation, body_com[world * layout.world_bodies + layout.object_base_body])
+        com = wp.quat_rotate(rotation, body_com[world * layout.world_bodies + layout.object_base_body[slot]])
         com_velocity = wp.vec3(joint_qd[dof], joint_qd[dof + 1], joint_qd[dof + 2])
         angular = wp.vec3(joint_qd[dof + 3], joint_qd[dof + 4], joint_qd[dof + 5])
-        objects.pose[world] = wp.transform(position, rotation)
-        objects.velocity[world] = wp.spatial_vector(com_velocity - wp.cross(angular, com), angular)
+        slots.pose[world, slot] = wp.transform(position, rotation)
+        slots.velocity[world, slot] = wp.spatial_vector(com_velocity - wp.cross(angular, com), angular)
 
 
 @wp.kernel
@@ -144,11 +144,15 @@ def accumulate_contact_force(
     shape1: wp.array[int],
     force_on_shape0: wp.array[wp.spatial_vector],
     layout: NewtonLayout,
+    focus: wp.array[int],
     weight: float,
     # outputs
     hands: HandState,
 ):
-    """Add one substep's contact forces [N, world frame] of each part on each link; launched over [contact]."""
+    """Add one substep's contact forces [N, world frame] of each part on each link; launched over [contact].
+
+    Only those of the object in ``focus``, [W], count.
+    """
     contact = wp.tid()
     if contact >= contact_count[0]:
         return
@@ -158,16 +162,22 @@ def accumulate_contact_force(
     part = layout.shape_part[wp.where(on_first, second, first)]
     if link < 0 or part < 0:
         return
+    world, link_count, part_count = (
+        layout.shape_world[first],
+        hands.contact_force.shape[2],
+        hands.contact_force.shape[3],
+    )
+    if part // part_count != focus[world]:
+        return
     force = wp.where(on_first, weight, -weight) * wp.spatial_top(force_on_shape0[contact])
-    world, link_count = layout.shape_world[first], hands.contact_force.shape[2]
-    wp.atomic_add(hands.contact_force, world, link // link_count, link % link_count, part, force)
+    wp.atomic_add(hands.contact_force, world, link // link_count, link % link_count, part % part_count, force)
 
 
 @wp.kernel
 def pack_state(
     world_mask: wp.array[int],
     hands: HandState,
-    objects: ObjectState,
+    slots: ObjectSlots,
     body_com: wp.array[wp.vec3],
     layout: NewtonLayout,
     # outputs
@@ -190,19 +200,21 @@ def pack_state(
         for dof in range(layout.hand_coord.shape[1]):
             joint_q[coords + layout.hand_coord[hand, dof]] = hands.joint_q[world, hand, dof]
             joint_qd[dofs + layout.hand_dof[hand, dof]] = hands.joint_qd[world, hand, dof]
-    joint_q[coords + layout.hinge_coord] = objects.hinge_q[world]
-    joint_qd[dofs + layout.hinge_dof] = objects.hinge_qd[world]
-    pose = objects.pose[world]
-    if layout.object_coord == NO_FREE_BASE:
-        joint_frame[joints + layout.object_base_joint] = pose
-        return
-    position, rotation = wp.transform_get_translation(pose), wp.transform_get_rotation(pose)
-    angular = wp.spatial_bottom(objects.velocity[world])
-    com = wp.quat_rotate(rotation, body_com[world * layout.world_bodies + layout.object_base_body])
-    linear = wp.spatial_top(objects.velocity[world]) + wp.cross(angular, com)
-    for axis in range(3):
-        joint_q[coords + layout.object_coord + axis] = position[axis]
-        joint_qd[dofs + layout.object_dof + axis] = linear[axis]
-        joint_qd[dofs + layout.object_dof + 3 + axis] = angular[axis]
-    for axis in range(4):
-        joint_q[coords + layout.object_coord + 3 + axis] = rotation[axis]
+    for slot in range(layout.hinge_coord.shape[0]):
+        joint_q[coords + layout.hinge_coord[slot]] = slots.hinge_q[world, slot]
+        joint_qd[dofs + layout.hinge_dof[slot]] = slots.hinge_qd[world, slot]
+        pose = slots.pose[world, slot]
+        if layout.object_coord[slot] == NO_FREE_BASE:
+            joint_frame[joints + layout.object_base_joint[slot]] = pose
+        else:
+            position, rotation = wp.transform_get_translation(pose), wp.transform_get_rotation(pose)
+            angular = wp.spatial_bottom(slots.velocity[world, slot])
+            com = wp.quat_rotate(rotation, body_com[world * layout.world_bodies + layout.object_base_body[slot]])
+            linear = wp.spatial_top(slots.velocity[world, slot]) + wp.cross(angular, com)
+            first_coord, first_dof = coords + layout.object_coord[slot], dofs + layout.object_dof[slot]
+            for axis in range(3):
+                joint_q[first_coord + axis] = position[axis]
+                joint_qd[first_dof + axis] = linear[axis]
+                joint_qd[first_dof + 3 + axis] = angular[axis]
+            for axis in range(4):
+                joint_q[first_coord + 3 + axis] = rotation[axis]

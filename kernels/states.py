@@ -1,4 +1,6 @@
-"""The groups of arrays that kernels share. ``W`` worlds, ``H`` hands of the scene; float32 unless said otherwise.
+"""The groups of arrays that kernels share.
+
+``W`` worlds, ``H`` hands and ``O`` objects of the scene; float32 unless said otherwise.
 
 A group is allocated by the function of its name; every array stays reachable as an attribute.
 """
@@ -35,7 +37,7 @@ class HandState:
 
 @wp.struct
 class ObjectState:
-    """Objects at one instant.
+    """One object of every world at one instant.
 
     Attributes:
         pose: [W] frame of the base part in the world.
@@ -51,8 +53,25 @@ class ObjectState:
 
 
 @wp.struct
+class ObjectSlots:
+    """All objects of every world at one instant: the fields of `ObjectState`, object by object in the scene's order.
+
+    Attributes:
+        pose: [W, O]
+        velocity: [W, O]
+        hinge_q: [W, O]
+        hinge_qd: [W, O]
+    """
+
+    pose: wp.array2d[wp.transform]
+    velocity: wp.array2d[wp.spatial_vector]
+    hinge_q: wp.array2d[float]
+    hinge_qd: wp.array2d[float]
+
+
+@wp.struct
 class ObjectModel:
-    """What does not change of the objects.
+    """What does not change of one object of every world.
 
     Attributes:
         hinge_origin: [W] a point on the hinge axis in the base frame, m.
@@ -155,6 +174,20 @@ def object_state(world_count: int, device: str | None = None, requires_grad: boo
     """Zeroed `ObjectState`; its poses must be set before use."""
     shapes: Shapes = dict.fromkeys(element_types(ObjectState), (world_count,))
     return _allocate(ObjectState, shapes, device, requires_grad)
+
+
+def object_slots(world_count: int, object_count: int, device: str | None = None) -> ObjectSlots:
+    """Zeroed `ObjectSlots`; its poses must be set before use."""
+    shapes: Shapes = dict.fromkeys(element_types(ObjectSlots), (world_count, object_count))
+    return _allocate(ObjectSlots, shapes, device)
+
+
+def object_in_slot(slots: ObjectSlots, slot: int) -> ObjectState:
+    """One object of every world; the arrays are views."""
+    view = ObjectState()
+    for name in element_types(ObjectState):
+        setattr(view, name, getattr(slots, name)[:, slot])
+    return view
 
 
 def object_model(world_count: int, device: str | None = None) -> ObjectModel:

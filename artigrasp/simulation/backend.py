@@ -60,7 +60,10 @@ class Simulation(Protocol):
         """
 
     def write_state(self, world_mask: wp.array) -> None:
-        """Push ``state`` into the physics for the worlds whose mask (int, shape [world]) is not zero."""
+        """Push ``state`` into the physics for the worlds whose mask (int, shape [world]) is not zero.
+
+        Of the object in focus it is ``state.objects`` that counts, of the others ``state.slots``.
+        """
 
 
 def make_simulation(
@@ -75,7 +78,7 @@ def make_simulation(
 
     Args:
         backend: One of ``BACKENDS``.
-        scenes: Scenes with the same hands, base kind and physics; only the object may differ.
+        scenes: Scenes that differ in nothing but their objects.
         world_counts: Worlds of each scene.
         thread_count: Threads of the cpu backend, all cores by default.
         device: Warp device of the mjwarp backend, by default the first GPU, or the CPU where there is none.

@@ -11,7 +11,7 @@ import warp as wp
 
 from artigrasp.kernels import mujoco_state
 from artigrasp.simulation.mujoco_model import ModelLayout, compile_mujoco, model_layout
-from artigrasp.simulation.scene import Scene
+from artigrasp.simulation.scene import Scene, check_alike
 from artigrasp.simulation.state import allocate_state
 from artigrasp.simulation.world_block import CONTROL, PackedWorlds, WorldBlock, split_worlds
 
@@ -40,10 +40,14 @@ class CpuSimulation:
         """Compile the scenes and allocate the worlds.
 
         Args:
-            scenes: Scenes with the same hands, base kind and physics; only the object may differ.
+            scenes: Scenes that differ in nothing but their objects.
             world_counts: Worlds of each scene.
             thread_count: Threads that step the worlds, all cores by default.
+
+        Raises:
+            ValueError: The scenes differ in more than their objects.
         """
+        check_alike(scenes)
         self.scenes = tuple(scenes)
         self.models = [compile_mujoco(scene) for scene in scenes]
         layouts = [model_layout(model, scene) for model, scene in zip(self.models, scenes, strict=True)]
@@ -67,7 +71,7 @@ class CpuSimulation:
             mujoco.mj_getState(compiled, mujoco.MjData(compiled), initial, full_physics)
             self.packed.state[rows] = initial
 
-        self.state = allocate_state(self.world_count, self.hand_count, self.device)
+        self.state = allocate_state(self.world_count, self.hand_count, len(scenes[0].objects), self.device)
         self.joint_torque = wp.zeros_like(self.state.hands.joint_q)
         self._layout = _state_layout(layouts[0])
         self._state_rows, self._control_rows = (
@@ -109,10 +113,11 @@ class CpuSimulation:
 
     def write_state(self, world_mask: wp.array) -> None:
         """Push ``state`` into the physics for the worlds whose mask (int, shape [world]) is not zero."""
+        self.state.write_focus(world_mask)
         wp.launch(
             mujoco_state.pack_state,
             self.world_count,
-            inputs=[world_mask, self.state.hands, self.state.objects, self._layout],
+            inputs=[world_mask, self.state.hands, self.state.slots, self._layout],
             outputs=[self._state_rows, self._control_rows],
             device=self.device,
         )
@@ -123,19 +128,22 @@ def _state_layout(layout: ModelLayout) -> mujoco_state.StateLayout:
     """The layout as columns of the packed rows, on the CPU device."""
     qvel, mocap_position = 1 + layout.qpos_count, layout.dof_count
     mocap_quaternion = mocap_position + 3 * layout.mocap_count
-    columns = mujoco_state.StateLayout()
-    hand_mocap = np.array(layout.hand_mocap, dtype=np.int32)
-    columns.hand_qpos = wp.array(1 + layout.hand_qpos, dtype=int, device="cpu")
-    columns.hand_qvel = wp.array(qvel + layout.hand_dof, dtype=int, device="cpu")
-    columns.hand_force = wp.array(layout.hand_dof, dtype=int, device="cpu")
-    columns.hand_mocap_position = wp.array(mocap_position + 3 * hand_mocap, dtype=int, device="cpu")
-    columns.hand_mocap_quaternion = wp.array(mocap_quaternion + 4 * hand_mocap, dtype=int, device="cpu")
-    columns.contact_sensor = wp.array(layout.contact_sensor, dtype=int, device="cpu")
-    columns.hinge_qpos = 1 + layout.hinge_qpos
-    columns.hinge_qvel = qvel + layout.hinge_dof
     free = layout.object_qpos >= 0
-    columns.object_qpos = 1 + layout.object_qpos if free else -1
-    columns.object_qvel = qvel + layout.object_dof if free else -1
-    columns.object_mocap_position = -1 if free else mocap_position + 3 * layout.object_mocap
-    columns.object_mocap_quaternion = -1 if free else mocap_quaternion + 4 * layout.object_mocap
+
+    columns = mujoco_state.StateLayout()
+    for name, values in {
+        "hand_qpos": 1 + layout.hand_qpos,
+        "hand_qvel": qvel + layout.hand_dof,
+        "hand_force": layout.hand_dof,
+        "hand_mocap_position": mocap_position + 3 * layout.hand_mocap,
+        "hand_mocap_quaternion": mocap_quaternion + 4 * layout.hand_mocap,
+        "hinge_qpos": 1 + layout.hinge_qpos,
+        "hinge_qvel": qvel + layout.hinge_dof,
+        "object_qpos": np.where(free, 1 + layout.object_qpos, -1),
+        "object_qvel": np.where(free, qvel + layout.object_dof, -1),
+        "object_mocap_position": np.where(free, -1, mocap_position + 3 * layout.object_mocap),
+        "object_mocap_quaternion": np.where(free, -1, mocap_quaternion + 4 * layout.object_mocap),
+        "contact_sensor": layout.contact_sensor,
+    }.items():
+        setattr(columns, name, wp.array(values, dtype=int, device="cpu"))
     return columns

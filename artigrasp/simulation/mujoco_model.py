@@ -3,38 +3,45 @@
 import contextlib
 import io
 import tempfile
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from artigrasp.kernels.layout import DOF_COUNT, LINK_COUNT, LINKS, PARTS
-from artigrasp.simulation.scene import HAND_BASE, Scene, build_newton_model, make_newton_solver
+from artigrasp.kernels.layout import LINKS, PARTS
+from artigrasp.simulation.scene import HAND_BASE, Scene, build_newton_model, make_newton_solver, object_label
 
 
 @dataclass(frozen=True)
 class ModelLayout:
     """Where the scene's quantities stand in MuJoCo's state, control and sensor vectors.
 
-    It depends only on the number of hands and the kind of base, so that worlds with different objects share it.
+    It depends only on the number of hands and objects and the kind of base, so that worlds with different objects share
+    it.
     """
 
     hand_qpos: NDArray[np.int32]
     """Index of each hand coordinate in qpos, shape [hand, 51]."""
     hand_dof: NDArray[np.int32]
     """Index of each hand coordinate in qvel, shape [hand, 51]."""
-    hinge_qpos: int
-    hinge_dof: int
-    object_qpos: int
-    """First of the 7 coordinates of a free base, -1 for a fixed one."""
-    object_dof: int
-    hand_mocap: tuple[int, ...]
-    object_mocap: int
-    """Mocap body of a fixed base, -1 for a free one."""
+    hand_mocap: NDArray[np.int32]
+    """Mocap body of each hand's base, shape [hand]."""
+    hinge_qpos: NDArray[np.int32]
+    """Index of each object's hinge in qpos, shape [object]."""
+    hinge_dof: NDArray[np.int32]
+    """Index of each object's hinge in qvel, shape [object]."""
+    object_qpos: NDArray[np.int32]
+    """First of the 7 coordinates of each free base, -1 for fixed ones, shape [object]."""
+    object_dof: NDArray[np.int32]
+    """First of the 6 velocities of each free base, -1 for fixed ones, shape [object]."""
+    object_mocap: NDArray[np.int32]
+    """Mocap body of each fixed base, -1 for free ones, shape [object]."""
     contact_sensor: NDArray[np.int32]
-    """First of the three force components, shape [hand, link, part]."""
+    """First of the three force components, shape [object, hand, link, part]."""
     qpos_count: int
     dof_count: int
     mocap_count: int
@@ -42,7 +49,7 @@ class ModelLayout:
 
 
 def compile_mujoco(scene: Scene) -> mujoco.MjModel:
-    """Compile a scene through Newton into a MuJoCo model with one net-contact-force sensor per link and part.
+    """Compile a scene through Newton into a MuJoCo model with one net-contact-force sensor per link and object part.
 
     Newton's compiled model carries no sensors, so its MJCF is read back, completed and compiled again.
     """
@@ -54,13 +61,13 @@ def compile_mujoco(scene: Scene) -> mujoco.MjModel:
         for link in LINKS:
             for joint in spec.body(f"{hand.side}_{link}").joints:
                 joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
-            for part in PARTS:
+            for part in part_bodies(scene):
                 sensor = spec.add_sensor(
                     name=f"{hand.side}_{link}_{part}",
                     type=mujoco.mjtSensor.mjSENS_CONTACT,
                     objtype=mujoco.mjtObj.mjOBJ_BODY,
                     # the force acts on the second body, which is ours
-                    objname=f"object_{part}",
+                    objname=part,
                     reftype=mujoco.mjtObj.mjOBJ_BODY,
                     refname=f"{hand.side}_{link}",
                 )
@@ -70,6 +77,11 @@ def compile_mujoco(scene: Scene) -> mujoco.MjModel:
 
 _NET_FORCE = 3
 """MuJoCo's ``reduce="netforce"``: one slot with the summed force in the world frame."""
+
+
+def part_bodies(scene: Scene) -> list[str]:
+    """Names of the bodies of all parts, object by object."""
+    return [f"{object_label(slot)}_{part}" for slot in range(len(scene.objects)) for part in PARTS]
 
 
 def newton_mjcf(scene: Scene) -> str:
@@ -85,32 +97,35 @@ def newton_mjcf(scene: Scene) -> str:
 def model_layout(model: mujoco.MjModel, scene: Scene) -> ModelLayout:
     """Find the scene's quantities in a compiled model."""
     sides = [hand.side for hand in scene.hands]
-    hand_qpos = np.empty((len(sides), DOF_COUNT), dtype=np.int32)
-    hand_dof = np.empty_like(hand_qpos)
-    contact_sensor = np.empty((len(sides), LINK_COUNT, len(PARTS)), dtype=np.int32)
-    for row, side in enumerate(sides):
-        names = [f"{side}_wrist_joint_{kind}{axis}" for kind in ("lin", "ang") for axis in range(3)]
-        names += [f"{side}_{link}_joint_ang{axis}" for link in LINKS[1:] for axis in range(3)]
-        hand_qpos[row] = [model.joint(name).qposadr[0] for name in names]
-        hand_dof[row] = [model.joint(name).dofadr[0] for name in names]
-        for link, name in enumerate(LINKS):
-            for part, part_name in enumerate(PARTS):
-                contact_sensor[row, link, part] = model.sensor(f"{side}_{name}_{part_name}").adr[0]
-    hinge = model.joint("object_hinge")
-    base = model.body("object_base")
-    free = base.jntnum[0] == 1
+    joints = [
+        [f"{side}_wrist_joint_{kind}{axis}" for kind in ("lin", "ang") for axis in range(3)]
+        + [f"{side}_{link}_joint_ang{axis}" for link in LINKS[1:] for axis in range(3)]
+        for side in sides
+    ]
+    sensors = [[[f"{side}_{link}_{part}" for part in part_bodies(scene)] for link in LINKS] for side in sides]
+    contact_sensor = _indices(sensors, lambda name: model.sensor(name).adr[0])
+    labels = [object_label(slot) for slot in range(len(scene.objects))]
+    bases = [model.body(f"{label}_{PARTS[0]}") for label in labels]
+    # the joint of a free base; without one, MuJoCo's -1
+    base_joints = [int(base.jntadr[0]) for base in bases]
     return ModelLayout(
-        hand_qpos=hand_qpos,
-        hand_dof=hand_dof,
-        hinge_qpos=int(hinge.qposadr[0]),
-        hinge_dof=int(hinge.dofadr[0]),
-        object_qpos=int(model.jnt_qposadr[base.jntadr[0]]) if free else -1,
-        object_dof=int(model.jnt_dofadr[base.jntadr[0]]) if free else -1,
-        hand_mocap=tuple(int(model.body(f"{side}_{HAND_BASE}").mocapid[0]) for side in sides),
-        object_mocap=-1 if free else int(base.mocapid[0]),
-        contact_sensor=contact_sensor,
+        hand_qpos=_indices(joints, lambda name: model.joint(name).qposadr[0]),
+        hand_dof=_indices(joints, lambda name: model.joint(name).dofadr[0]),
+        hand_mocap=_indices(sides, lambda side: model.body(f"{side}_{HAND_BASE}").mocapid[0]),
+        hinge_qpos=_indices(labels, lambda label: model.joint(f"{label}_hinge").qposadr[0]),
+        hinge_dof=_indices(labels, lambda label: model.joint(f"{label}_hinge").dofadr[0]),
+        object_qpos=_indices(base_joints, lambda joint: model.jnt_qposadr[joint] if joint >= 0 else -1),
+        object_dof=_indices(base_joints, lambda joint: model.jnt_dofadr[joint] if joint >= 0 else -1),
+        object_mocap=_indices(bases, lambda base: base.mocapid[0]),
+        contact_sensor=np.moveaxis(contact_sensor.reshape(*contact_sensor.shape[:2], len(labels), -1), 2, 0),
         qpos_count=model.nq,
         dof_count=model.nv,
         mocap_count=model.nmocap,
         sensor_count=model.nsensordata,
     )
+
+
+def _indices(names: Sequence[Any], find: Callable[[Any], int]) -> NDArray[np.int32]:
+    """What ``find`` answers to every entry of a nested list."""
+    array = np.array(names, dtype=object)
+    return np.vectorize(find, otypes=[np.int32])(array)

@@ -17,7 +17,15 @@ from newton.solvers import SolverMuJoCo
 from artigrasp.errors import UserError
 from artigrasp.kernels import newton_state
 from artigrasp.kernels.layout import DOF_COUNT, DOFS, LINKS, PARTS
-from artigrasp.simulation.scene import HAND_BASE, Scene, build_newton_worlds, joint_and_axis, make_newton_solver
+from artigrasp.simulation.scene import (
+    HAND_BASE,
+    Scene,
+    build_newton_worlds,
+    check_alike,
+    joint_and_axis,
+    make_newton_solver,
+    object_label,
+)
 from artigrasp.simulation.state import allocate_state
 
 logger = logging.getLogger(__name__)
@@ -65,7 +73,7 @@ class NewtonSimulation:
         """Build the worlds and compile the solver.
 
         Args:
-            scenes: Scenes with the same hands, base kind and physics; only the object may differ.
+            scenes: Scenes that differ in nothing but their objects.
             world_counts: Worlds of each scene.
             device: Warp device, such as ``cpu`` or ``cuda:0``.
             contact_capacity: Contacts per world, on average over the worlds.
@@ -74,7 +82,9 @@ class NewtonSimulation:
 
         Raises:
             UserError: There is no such device.
+            ValueError: The scenes differ in more than their objects, or the capacities are too small for them.
         """
+        check_alike(scenes)
         if device not in (known := [each.alias for each in wp.get_devices()]):
             raise UserError(f"device: expected one of {', '.join(known)}, found {device!r}")
         self.device, self.scenes = device, tuple(scenes)
@@ -99,7 +109,7 @@ class NewtonSimulation:
         kinds = SolverMuJoCo.ObservableKind
         self._observables = self._solver.observables({kinds.CONTACT_F, kinds.OVERFLOW}, contacts=self._contacts)
 
-        self.state = allocate_state(self.world_count, self.hand_count, device)
+        self.state = allocate_state(self.world_count, self.hand_count, len(scenes[0].objects), device)
         self.joint_torque = wp.zeros_like(self.state.hands.joint_q)
         self.overflow_count = wp.zeros(self.world_count, dtype=int, device=device)
         self._logged_overflows = 0
@@ -135,10 +145,11 @@ class NewtonSimulation:
 
         New overflows are logged here, for a reset is when the host may wait for the device.
         """
+        self.state.write_focus(world_mask)
         self._launch(
             newton_state.pack_state,
             self.world_count,
-            [world_mask, self.state.hands, self.state.objects, self._model.body_com, self._layout],
+            [world_mask, self.state.hands, self.state.slots, self._model.body_com, self._layout],
             [self._state.joint_q, self._state.joint_qd, self._model.joint_X_p, self._world_flag],
         )
         # no flags: the joints were just written, only warm starts and applied forces go
@@ -176,11 +187,12 @@ class NewtonSimulation:
                 [self.state.hands],
             )
         self._launch(
-            newton_state.unpack_object,
-            self.world_count,
+            newton_state.unpack_objects,
+            (self.world_count, self.state.object_count),
             [joint_q, joint_qd, self._model.body_com, self._layout],
-            [self.state.objects],
+            [self.state.slots],
         )
+        self.state.read_focus()
 
     def _accumulate_contact_force(self) -> None:
         contacts = self._contacts
@@ -193,6 +205,7 @@ class NewtonSimulation:
                 contacts.rigid_contact_shape1,
                 self._observables.contact_f,
                 self._layout,
+                self.state.focus,
                 1.0 / self.substeps,
             ],
             [self.state.hands],
@@ -226,26 +239,30 @@ def _newton_layout(model: newton.Model, scene: Scene) -> newton_state.NewtonLayo
             joint = joints.index(f"{hand.side}/{name_of_joint}")
             hand_coord[row, dof], hand_dof[row, dof] = first_coord[joint] + axis, first_dof[joint] + axis
     hand_base = [child.index(bodies.index(f"{hand.side}/{HAND_BASE}")) for hand in scene.hands]
-    hinge = joints.index("object/hinge")
-    layout.hinge_coord, layout.hinge_dof = int(first_coord[hinge]), int(first_dof[hinge])
-    layout.object_base_body = bodies.index(f"object/{PARTS[0]}")
-    layout.object_base_joint = child.index(layout.object_base_body)
-    free = not scene.fixed_base
-    layout.object_coord = int(first_coord[layout.object_base_joint]) if free else newton_state.NO_FREE_BASE
-    layout.object_dof = int(first_dof[layout.object_base_joint]) if free else newton_state.NO_FREE_BASE
+    labels = [object_label(slot) for slot in range(len(scene.objects))]
+    hinges = [joints.index(f"{label}/hinge") for label in labels]
+    base_bodies = [bodies.index(f"{label}/{PARTS[0]}") for label in labels]
+    base_joints = [child.index(body) for body in base_bodies]
+    no_base = np.full(len(labels), newton_state.NO_FREE_BASE)
 
     links = [f"{hand.side}/{link}" for hand in scene.hands for link in LINKS]
-    parts = [f"object/{part}" for part in PARTS]
+    parts = [f"{label}/{part}" for label in labels for part in PARTS]
     owners = [bodies[body] if body >= 0 else "" for body in model.shape_body.numpy()]
-    device = model.device
-    layout.hand_coord = wp.array(hand_coord, dtype=int, device=device)
-    layout.hand_dof = wp.array(hand_dof, dtype=int, device=device)
-    layout.hand_base_joint = wp.array(hand_base, dtype=int, device=device)
     layout.shape_world = model.shape_world
-    layout.shape_link, layout.shape_part = (
-        wp.array([names.index(owner) if owner in names else -1 for owner in owners], dtype=int, device=device)
-        for names in (links, parts)
-    )
+    for name, values in {
+        "hand_coord": hand_coord,
+        "hand_dof": hand_dof,
+        "hand_base_joint": hand_base,
+        "hinge_coord": first_coord[hinges],
+        "hinge_dof": first_dof[hinges],
+        "object_coord": no_base if scene.fixed_base else first_coord[base_joints],
+        "object_dof": no_base if scene.fixed_base else first_dof[base_joints],
+        "object_base_joint": base_joints,
+        "object_base_body": base_bodies,
+        "shape_link": [links.index(owner) if owner in links else -1 for owner in owners],
+        "shape_part": [parts.index(owner) if owner in parts else -1 for owner in owners],
+    }.items():
+        setattr(layout, name, wp.array(values, dtype=int, device=model.device))
     return layout
 
 
@@ -258,5 +275,5 @@ def _move_hands_away(model: newton.Model, layout: newton_state.NewtonLayout) -> 
 
 
 def _short(label: str) -> str:
-    """``<side>/<name>`` or ``object/<name>``, without the world that Newton puts before it."""
+    """``<side>/<name>`` or ``object<slot>/<name>``, without the world that Newton puts before it."""
     return "/".join(label.split("/")[-2:])

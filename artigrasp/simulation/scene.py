@@ -1,4 +1,4 @@
-"""One scene definition for every backend: hands, a hinged object and the table, as a Newton model."""
+"""One scene definition for every backend: hands, hinged objects and the table, as a Newton model."""
 
 from __future__ import annotations
 
@@ -24,8 +24,11 @@ HAND_BASE = "base"
 SUPPORT = "table"
 _HAND_COLLISION_GROUP = {"left": -2, "right": -1}
 """In Newton a negative group collides with every group but itself."""
-_OBJECT_COLLISION_GROUP = -3
+_FIRST_OBJECT_COLLISION_GROUP = -3
+"""The next objects take the next numbers downwards."""
 _SUPPORT_COLLISION_GROUP = 1
+_DISTANCE_AT_FIRST = 10.0
+"""Of the objects from each other before their poses are written [m]: the solver sizes itself by the first contacts."""
 _UNLIMITED = 1e10
 """Joint limit from which on Newton makes no constraint of it."""
 _LIMIT_SOLREF = (0.02, 1.0)
@@ -36,12 +39,37 @@ _RAW_SOLREF = 1
 
 @dataclass(frozen=True)
 class Scene:
-    """What stands in one world: one or two hands, one object, and the table plane z = 0."""
+    """What stands in one world: one or two hands, objects, and the table plane z = 0.
+
+    Everything collides with everything else, but hands do not with the table, as in the authors' release, and nothing
+    does with itself.
+    """
 
     hands: tuple[HandModel, ...]
-    object: ObjectModel
+    """One hand, or the left and the right one."""
+    objects: tuple[ObjectModel, ...]
+    """The hinged objects; an index of this tuple is a *slot* of the simulation's state."""
     fixed_base: bool
+    """Whether the bases of all objects stay where they are put."""
     physics: PhysicsConfig
+
+
+def object_label(slot: int) -> str:
+    """What the names of an object's bodies and joints begin with."""
+    return f"object{slot}"
+
+
+def check_alike(scenes: Sequence[Scene]) -> None:
+    """Worlds that are stepped together may differ in which objects they hold, not in how many, nor in anything else.
+
+    Raises:
+        ValueError: They differ in more.
+    """
+    kinds = {
+        (tuple(hand.path for hand in each.hands), len(each.objects), each.fixed_base, each.physics) for each in scenes
+    }
+    if len(kinds) != 1:
+        raise ValueError("scenes: expected the same hands, number of objects, base kind and physics, found differences")
 
 
 def build_newton_model(scene: Scene) -> newton.Model:
@@ -55,7 +83,7 @@ def build_newton_worlds(scenes: Sequence[Scene], world_counts: Sequence[int], de
     """Copies of every scene, world after world, in one Newton model.
 
     Args:
-        scenes: Scenes with the same hands, base kind and physics; only the object may differ.
+        scenes: Scenes that differ in nothing but their objects.
         world_counts: Worlds of each scene.
         device: Where the model's arrays are.
     """
@@ -71,8 +99,7 @@ def build_newton_worlds(scenes: Sequence[Scene], world_counts: Sequence[int], de
 def _scene_builder(scene: Scene) -> newton.ModelBuilder:
     """Import the scene's USD assets.
 
-    Bodies are labelled ``<side>/<link>`` and ``object/<part>``; a hand collides with the object and the other hand,
-    but neither with itself nor with the table (as in the authors' release). Gravity points along -z, the hands are
+    Bodies are labelled ``<side>/<link>`` and ``object<slot>/<part>``. Gravity points along -z, the hands are
     gravity-compensated.
     """
     builder = newton.ModelBuilder()
@@ -81,13 +108,16 @@ def _scene_builder(scene: Scene) -> newton.ModelBuilder:
     builder.rigid_gap = 0.0
     table = builder.add_ground_plane(label=SUPPORT)
     for hand in scene.hands:
-        shapes = _add_asset(builder, hand.path, hand.side, (HAND_BASE, *LINKS), floating=None)
-        for shape in shapes:
+        for shape in _add_asset(builder, hand.path, hand.side, (HAND_BASE, *LINKS), floating=None):
             builder.shape_collision_group[shape] = _HAND_COLLISION_GROUP[hand.side]
             builder.add_shape_collision_filter_pair(table, shape)
         _set_joint_dynamics(builder, hand)
-    for shape in _add_asset(builder, scene.object.path, "object", PARTS, floating=not scene.fixed_base):
-        builder.shape_collision_group[shape] = _OBJECT_COLLISION_GROUP
+    for slot, each in enumerate(scene.objects):
+        shapes = _add_asset(
+            builder, each.path, object_label(slot), PARTS, floating=not scene.fixed_base, x=slot * _DISTANCE_AT_FIRST
+        )
+        for shape in shapes:
+            builder.shape_collision_group[shape] = _FIRST_OBJECT_COLLISION_GROUP - slot
     builder.shape_collision_group[table] = _SUPPORT_COLLISION_GROUP
     _set_contact_material(builder, scene.physics)
     return builder
@@ -117,11 +147,22 @@ def joint_and_axis(dof: str) -> tuple[str, int]:
 
 
 def _add_asset(
-    builder: newton.ModelBuilder, path: object, prefix: str, bodies: tuple[str, ...], floating: bool | None
+    builder: newton.ModelBuilder,
+    path: object,
+    prefix: str,
+    bodies: tuple[str, ...],
+    floating: bool | None,
+    x: float = 0.0,
 ) -> range:
-    """Import one USD file, label its bodies and joints ``<prefix>/<name>`` and return the shapes it added."""
+    """Import a USD file at ``x`` [m], label its bodies and joints ``<prefix>/<name>``, return the shapes it added."""
     first_body, first_joint, first_shape = builder.body_count, builder.joint_count, builder.shape_count
-    builder.add_usd(str(path), floating=floating, enable_self_collisions=False, load_visual_shapes=False)
+    builder.add_usd(
+        str(path),
+        xform=wp.transform((x, 0.0, 0.0), wp.quat_identity()),
+        floating=floating,
+        enable_self_collisions=False,
+        load_visual_shapes=False,
+    )
     for labels, first in ((builder.body_label, first_body), (builder.joint_label, first_joint)):
         for index in range(first, len(labels)):
             labels[index] = f"{prefix}/{labels[index].rsplit('/', 1)[-1]}"

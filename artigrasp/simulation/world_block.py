@@ -12,7 +12,7 @@ import warp as wp
 from mujoco.rollout import Rollout
 from numpy.typing import NDArray
 
-from artigrasp.kernels import mujoco_state, states
+from artigrasp.kernels import mujoco_state
 from artigrasp.simulation.state import SimulationState
 
 CONTROL = (
@@ -86,13 +86,12 @@ class WorldBlock:
         self._data = [mujoco.MjData(model)]
         self._rollout = Rollout(nthread=0)
 
-        hands = states.slice_worlds(states.HandState, state.hands, rows)
-        objects = states.slice_worlds(states.ObjectState, state.objects, rows)
+        self._state = state = state.worlds(rows)
         mujoco_state_rows, control, sensor, warmstart, next_state = (
             wp.array(each, dtype=wp.float64, device="cpu", copy=False)
             for each in (packed.state, packed.control, packed.sensor, packed.warmstart, self._next_state)
         )
-        worlds, hand_count = hands.joint_q.shape[:2]
+        worlds, hand_count = state.hands.joint_q.shape[:2]
         self._pack_torques = _record(
             mujoco_state.pack_torques, (worlds, hand_count), [joint_torque[rows], layout, control]
         )
@@ -101,14 +100,16 @@ class WorldBlock:
                 mujoco_state.finish_substep,
                 (worlds,),
                 [
-                    next_state, sensor, layout, 1 + model.nq, acceleration_per_velocity_change, 1.0 / substeps,
-                    int(substep == 0), mujoco_state_rows, warmstart, hands,
+                    next_state, sensor, layout, state.focus, 1 + model.nq, acceleration_per_velocity_change,
+                    1.0 / substeps, int(substep == 0), mujoco_state_rows, warmstart, state.hands,
                 ],
             )
             for substep in range(substeps)
         ]  # fmt: skip
-        self._unpack_object = _record(
-            mujoco_state.unpack_object, (worlds,), [mujoco_state_rows, layout, objects, state.diverged[rows]]
+        self._unpack_objects = _record(
+            mujoco_state.unpack_objects,
+            (worlds, state.object_count),
+            [mujoco_state_rows, layout, state.slots, state.diverged],
         )
 
     def step(self, apply_torques: Callable[[slice], None]) -> None:
@@ -130,7 +131,8 @@ class WorldBlock:
                 sensordata=packed.sensor,
             )
             finish_substep.launch()
-        self._unpack_object.launch()
+        self._unpack_objects.launch()
+        self._state.read_focus()
 
 
 def split_worlds(world_counts: Sequence[int], block_count: int) -> list[tuple[int, slice]]:

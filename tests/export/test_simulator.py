@@ -28,16 +28,16 @@ def test_prims_are_where_mujoco_has_the_bodies(tmp_path: Path) -> None:
     export_usd(motion, tmp_path / "motion.usdc")
     stage = Usd.Stage.Open(str(tmp_path / "motion.usdc"))
 
-    scene = Scene((load_hand("open", "right"),), load_object("lidded-box"), True, PhysicsConfig())
+    scene = Scene((load_hand("open", "right"),), (load_object("lidded-box"),), True, PhysicsConfig())
     model = compile_mujoco(scene)
     layout, data = model_layout(model, scene), mujoco.MjData(model)
     for mocap, pose in (
         (layout.hand_mocap[0], motion.hand_base[0]),
-        (layout.object_mocap, motion.object_pose[0]),
+        (layout.object_mocap[0], motion.object_pose[0]),
     ):
         data.mocap_pos[mocap], data.mocap_quat[mocap] = pose[:3], pose[[6, 3, 4, 5]]
     bodies = {f"/World/HandRight/{link}": f"right_{link}" for link in LINKS}
-    bodies |= {f"/World/Object/{part}": f"object_{part}" for part in PARTS}
+    bodies |= {f"/World/Object/{part}": f"object0_{part}" for part in PARTS}
     rate = stage.GetTimeCodesPerSecond()
     opened = 0.0
     for sample, time in enumerate(motion.time):

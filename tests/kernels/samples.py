@@ -149,6 +149,15 @@ def fill(instance, group, sample: object):
     return instance
 
 
+def object_slots(sample: Sample, object_count: int) -> states.ObjectSlots:
+    """Several objects in every world: in each slot those of the sample, shifted by so many worlds."""
+    slots = states.object_slots(sample.world_count, object_count)
+    for name in states.element_types(states.ObjectSlots):
+        columns = [np.roll(getattr(sample, name), slot, axis=0) for slot in range(object_count)]
+        getattr(slots, name).assign(np.stack(columns, axis=1))
+    return slots
+
+
 def to_device(sample: Sample, requires_grad: bool = False) -> DeviceSample:
     """Kernel arguments on Warp's current device."""
     worlds, hands = sample.world_count, sample.hand_count

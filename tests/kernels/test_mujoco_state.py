@@ -9,10 +9,11 @@ import warp as wp
 
 from artigrasp.kernels import mujoco_state, states
 from artigrasp.kernels.layout import DOF_COUNT, LINK_COUNT, PARTS
-from tests.kernels.samples import Sample, fill, random_sample
+from tests.kernels.samples import Sample, fill, object_slots, random_poses, random_sample
 
-WORLD_COUNT, HAND_COUNT = 6, 2
-STATE_SIZE, CONTROL_SIZE = 250, 150
+WORLD_COUNT, HAND_COUNT, OBJECT_COUNT = 6, 2, 3
+STATE_SIZE, CONTROL_SIZE = 350, 150
+SENSOR_COUNT = OBJECT_COUNT * HAND_COUNT * LINK_COUNT * len(PARTS)
 FULL_PHYSICS = mujoco.mjtState.mjSTATE_FULLPHYSICS.value
 
 
@@ -28,18 +29,20 @@ class Packed:
 def packed(free: bool) -> Packed:
     """Rows whose columns are scattered at random, each used once."""
     rng = np.random.default_rng(0)
-    starts = iter(1 + 7 * rng.permutation(4))  # the first columns: free base, its velocity, hinge and its rate
     layout = mujoco_state.StateLayout()
-    layout.object_qpos, layout.object_qvel = (next(starts), next(starts)) if free else (-1, -1)
-    layout.hinge_qpos, layout.hinge_qvel = next(starts), next(starts)
-    columns = 30 + rng.permutation(2 * HAND_COUNT * DOF_COUNT).reshape(2, HAND_COUNT, DOF_COUNT)
+    # the first columns: free bases, their velocities, hinges and their rates
+    starts = 1 + 7 * rng.permutation(4 * OBJECT_COUNT).reshape(4, OBJECT_COUNT)
+    for name, columns in zip(("object_qpos", "object_qvel", "hinge_qpos", "hinge_qvel"), starts, strict=True):
+        setattr(layout, name, wp.array(columns if free or "hinge" in name else np.full_like(columns, -1), dtype=int))
+    columns = 90 + rng.permutation(2 * HAND_COUNT * DOF_COUNT).reshape(2, HAND_COUNT, DOF_COUNT)
     layout.hand_qpos, layout.hand_qvel = (wp.array(each, dtype=int) for each in columns)
     layout.hand_force = wp.array(rng.permutation(HAND_COUNT * DOF_COUNT).reshape(HAND_COUNT, DOF_COUNT), dtype=int)
-    mocap = 110 + 4 * rng.permutation(6)
-    layout.hand_mocap_position = wp.array(mocap[:2], dtype=int)
-    layout.hand_mocap_quaternion = wp.array(mocap[2:4], dtype=int)
-    layout.object_mocap_position, layout.object_mocap_quaternion = (-1, -1) if free else mocap[4:]
-    sensors = 3 * rng.permutation(HAND_COUNT * LINK_COUNT * len(PARTS)).reshape(HAND_COUNT, LINK_COUNT, len(PARTS))
+    positions, quaternions = 110 + 4 * rng.permutation(2 * (HAND_COUNT + OBJECT_COUNT)).reshape(2, -1)
+    for kind, columns in (("position", positions), ("quaternion", quaternions)):
+        hands, objects = np.split(columns, [HAND_COUNT])
+        setattr(layout, f"hand_mocap_{kind}", wp.array(hands, dtype=int))
+        setattr(layout, f"object_mocap_{kind}", wp.array(np.full_like(objects, -1) if free else objects, dtype=int))
+    sensors = 3 * rng.permutation(SENSOR_COUNT).reshape(OBJECT_COUNT, HAND_COUNT, LINK_COUNT, len(PARTS))
     layout.contact_sensor = wp.array(sensors, dtype=int)
     rows = [rng.normal(size=(WORLD_COUNT, size)) for size in (STATE_SIZE, CONTROL_SIZE)]
     return Packed(layout, *(wp.array(each, dtype=wp.float64) for each in rows))
@@ -48,17 +51,18 @@ def packed(free: bool) -> Packed:
 def pack(rows: Packed, sample: Sample, mask: np.ndarray) -> None:
     """Write the sample into the masked rows."""
     hands = fill(states.hand_state(*sample.joint_q.shape[:2]), states.HandState, sample)
-    objects = fill(states.object_state(len(mask)), states.ObjectState, sample)
-    inputs = [wp.array(mask, dtype=int), hands, objects, rows.layout]
+    inputs = [wp.array(mask, dtype=int), hands, object_slots(sample, rows.layout.hinge_qpos.size), rows.layout]
     wp.launch(mujoco_state.pack_state, len(mask), inputs=inputs, outputs=[rows.state, rows.control])
 
 
-def unpack(rows: Packed, objects: states.ObjectState) -> tuple[states.HandState, np.ndarray]:
-    """Read the rows into a zeroed hand state and the given object state; the flags of diverged worlds."""
+def unpack(rows: Packed, slots: states.ObjectSlots) -> tuple[states.HandState, np.ndarray]:
+    """Read the rows into a zeroed hand state and the given objects; the flags of diverged worlds."""
     hands = states.hand_state(WORLD_COUNT, HAND_COUNT)
     diverged = wp.zeros(WORLD_COUNT, dtype=int)
     finish_substep(rows.layout, rows.state.numpy(), hands=hands)
-    wp.launch(mujoco_state.unpack_object, WORLD_COUNT, inputs=[rows.state, rows.layout], outputs=[objects, diverged])
+    wp.launch(
+        mujoco_state.unpack_objects, slots.pose.shape, inputs=[rows.state, rows.layout], outputs=[slots, diverged]
+    )
     return hands, diverged.numpy()
 
 
@@ -69,6 +73,7 @@ def finish_substep(
     hands: states.HandState,
     state: np.ndarray | None = None,
     sensor: np.ndarray | None = None,
+    focus: np.ndarray | None = None,
     first: bool = True,
     acceleration_per_velocity_change: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -76,8 +81,8 @@ def finish_substep(
 
     The last columns of the state are its velocities.
     """
-    sensor_size = 3 * HAND_COUNT * LINK_COUNT * len(PARTS)
-    sensor = np.zeros((WORLD_COUNT, sensor_size)) if sensor is None else sensor
+    sensor = np.zeros((WORLD_COUNT, 3 * SENSOR_COUNT)) if sensor is None else sensor
+    focus = np.zeros(WORLD_COUNT, int) if focus is None else focus
     gain = np.ones(5) if acceleration_per_velocity_change is None else acceleration_per_velocity_change
     warmstart = wp.zeros((WORLD_COUNT, len(gain)), dtype=wp.float64)
     state_rows = wp.array(np.zeros_like(next_state) if state is None else state, dtype=wp.float64)
@@ -87,6 +92,7 @@ def finish_substep(
         inputs=[
             *(wp.array(each, dtype=wp.float64) for each in (next_state, sensor)),
             layout,
+            wp.array(focus, dtype=int),
             next_state.shape[1] - len(gain),
             wp.array(gain, dtype=wp.float64),
             0.25,
@@ -107,19 +113,20 @@ def test_what_was_packed_is_unpacked(free: bool) -> None:
     """Joints, hinge and, of a free base, pose and velocity come back; a fixed base keeps what it was."""
     rows, sample = packed(free), random_sample(WORLD_COUNT)
     pack(rows, sample, np.ones(WORLD_COUNT, int))
-    objects = states.object_state(WORLD_COUNT)
-    objects.pose.assign(np.roll(sample.pose, 1, axis=0))
+    objects = states.object_slots(WORLD_COUNT, OBJECT_COUNT)
+    objects.pose.assign(random_poses(np.random.default_rng(1), WORLD_COUNT, OBJECT_COUNT))
     before = objects.pose.numpy().copy()
     hands, diverged = unpack(rows, objects)
+    expected = object_slots(sample, OBJECT_COUNT)
     for name in ("joint_q", "joint_qd"):
         np.testing.assert_array_equal(getattr(hands, name).numpy(), getattr(sample, name).astype(np.float32))
     for name in ("hinge_q", "hinge_qd"):
-        np.testing.assert_array_equal(getattr(objects, name).numpy(), getattr(sample, name).astype(np.float32))
+        np.testing.assert_array_equal(getattr(objects, name).numpy(), getattr(expected, name).numpy())
     assert not diverged.any()
     if free:
-        np.testing.assert_array_equal(objects.pose.numpy()[:, :3], sample.pose[:, :3].astype(np.float32))
-        quaternions_agree(objects.pose.numpy()[:, 3:], sample.pose[:, 3:])
-        np.testing.assert_allclose(objects.velocity.numpy(), sample.velocity, atol=1e-5)
+        np.testing.assert_array_equal(objects.pose.numpy()[..., :3], expected.pose.numpy()[..., :3])
+        quaternions_agree(objects.pose.numpy()[..., 3:], expected.pose.numpy()[..., 3:])
+        np.testing.assert_allclose(objects.velocity.numpy(), expected.velocity.numpy(), atol=1e-5)
     else:
         np.testing.assert_array_equal(objects.pose.numpy(), before)
         np.testing.assert_array_equal(objects.velocity.numpy(), 0.0)
@@ -127,7 +134,7 @@ def test_what_was_packed_is_unpacked(free: bool) -> None:
 
 @pytest.mark.parametrize("free", [True, False], ids=["free", "fixed"])
 def test_mocap_bodies_get_wxyz(free: bool) -> None:
-    """Hand bases, and the base of a fixed object, become mocap poses with the scalar first."""
+    """Hand bases, and the bases of fixed objects, become mocap poses with the scalar first."""
     rows, sample = packed(free), random_sample(WORLD_COUNT)
     pack(rows, sample, np.ones(WORLD_COUNT, int))
     control, layout = rows.control.numpy(), rows.layout
@@ -140,7 +147,11 @@ def test_mocap_bodies_get_wxyz(free: bool) -> None:
         for hand in range(HAND_COUNT)
     ]
     if not free:
-        poses.append((sample.pose, layout.object_mocap_position, layout.object_mocap_quaternion))
+        pose = object_slots(sample, OBJECT_COUNT).pose.numpy()
+        poses += [
+            (pose[:, slot], layout.object_mocap_position.numpy()[slot], layout.object_mocap_quaternion.numpy()[slot])
+            for slot in range(OBJECT_COUNT)
+        ]
     for pose, position, quaternion in poses:
         np.testing.assert_allclose(control[:, position : position + 3], pose[:, :3], atol=1e-7)
         np.testing.assert_allclose(control[:, quaternion : quaternion + 4], pose[:, [6, 3, 4, 5]], atol=1e-7)
@@ -165,21 +176,24 @@ def test_a_clock_that_was_set_back_is_divergence() -> None:
     state[:, 0] += 0.01
     state[1, 0], state[4, 0] = 0.01, np.nan
     rows.state.assign(state)
-    _, diverged = unpack(rows, states.object_state(WORLD_COUNT))
+    _, diverged = unpack(rows, states.object_slots(WORLD_COUNT, OBJECT_COUNT))
     np.testing.assert_array_equal(diverged, [0, 1, 0, 0, 1, 0])
 
 
 def test_contact_forces_are_averaged() -> None:
-    """The first substep replaces what was there, the others add to it."""
+    """Those of the object in focus: the first substep replaces what was there, the others add to it."""
     rng = np.random.default_rng(0)
     layout = packed(free=True).layout
-    readings = rng.normal(size=(4, WORLD_COUNT, 3 * HAND_COUNT * LINK_COUNT * len(PARTS)))
+    readings = rng.normal(size=(4, WORLD_COUNT, 3 * SENSOR_COUNT))
+    focus = np.arange(WORLD_COUNT) % OBJECT_COUNT
     hands = states.hand_state(WORLD_COUNT, HAND_COUNT)
     hands.contact_force.fill_(wp.vec3(5.0, 5.0, 5.0))
     for substep, reading in enumerate(readings):
-        finish_substep(layout, np.zeros((WORLD_COUNT, STATE_SIZE)), hands=hands, sensor=reading, first=substep == 0)
-    columns = layout.contact_sensor.numpy()[..., None] + np.arange(3)
-    np.testing.assert_allclose(hands.contact_force.numpy(), readings.mean(axis=0)[:, columns], atol=1e-6)
+        next_state = np.zeros((WORLD_COUNT, STATE_SIZE))
+        finish_substep(layout, next_state, hands=hands, sensor=reading, focus=focus, first=substep == 0)
+    columns = layout.contact_sensor.numpy()[focus][..., None] + np.arange(3)
+    worlds = np.arange(WORLD_COUNT)[:, None, None, None, None]
+    np.testing.assert_allclose(hands.contact_force.numpy(), readings.mean(axis=0)[worlds, columns], atol=1e-6)
 
 
 def test_the_next_state_and_the_warm_start_are_taken_over() -> None:
@@ -222,9 +236,9 @@ def test_a_free_base_moves_as_mujoco_says() -> None:
     layout = mujoco_state.StateLayout()
     layout.hand_qpos = layout.hand_qvel = layout.hand_force = wp.zeros((0, DOF_COUNT), dtype=int)
     layout.hand_mocap_position = layout.hand_mocap_quaternion = wp.zeros(0, dtype=int)
-    layout.contact_sensor = wp.zeros((0, LINK_COUNT, len(PARTS)), dtype=int)
-    layout.object_qpos, layout.hinge_qpos = 1, 8
-    layout.object_qvel, layout.hinge_qvel = 9, 15
+    layout.contact_sensor = wp.zeros((1, 0, LINK_COUNT, len(PARTS)), dtype=int)
+    for name, column in {"object_qpos": 1, "hinge_qpos": 8, "object_qvel": 9, "hinge_qvel": 15}.items():
+        setattr(layout, name, wp.full(1, column, dtype=int))
     size = mujoco.mj_stateSize(model, FULL_PHYSICS)
     rows = Packed(layout, wp.zeros((WORLD_COUNT, size), dtype=wp.float64), wp.zeros((WORLD_COUNT, 0), dtype=wp.float64))
     sample = random_sample(WORLD_COUNT)

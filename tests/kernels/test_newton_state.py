@@ -4,37 +4,43 @@ import newton
 import numpy as np
 import pytest
 import warp as wp
+from scipy.spatial.transform import Rotation
 
 from artigrasp.kernels import newton_state, states
 from artigrasp.kernels.layout import DOF_COUNT, LINK_COUNT, PARTS
-from tests.kernels.samples import Sample, fill, random_sample
+from tests.kernels.samples import Sample, fill, object_slots, random_sample
 
-WORLD_COUNT, HAND_COUNT = 4, 2
+WORLD_COUNT, HAND_COUNT, OBJECT_COUNT = 4, 2, 2
 CENTRE_OF_MASS = (0.3, 0.2, -0.1)
 
 
 def newton_model() -> newton.Model:
-    """Worlds of a free body whose centre of mass is away from its frame, with a lid on a hinge."""
+    """Worlds of free bodies whose centres of mass are away from their frames, each with a lid on a hinge."""
     builder = newton.ModelBuilder()
     inertia = wp.mat33(*np.diag([0.01, 0.02, 0.03]).ravel())
-    base = builder.add_link(mass=1.0, com=wp.vec3(*CENTRE_OF_MASS), inertia=inertia)
-    lid = builder.add_link(mass=0.1, inertia=inertia)
-    joints = [builder.add_joint_free(base), builder.add_joint_revolute(base, lid, axis=newton.Axis.X)]
-    builder.add_articulation(joints)
+    for _ in range(OBJECT_COUNT):
+        base = builder.add_link(mass=1.0, com=wp.vec3(*CENTRE_OF_MASS), inertia=inertia)
+        lid = builder.add_link(mass=0.1, inertia=inertia)
+        joints = [builder.add_joint_free(base), builder.add_joint_revolute(base, lid, axis=newton.Axis.X)]
+        builder.add_articulation(joints)
     worlds = newton.ModelBuilder()
     worlds.replicate(builder, WORLD_COUNT)
     return worlds.finalize(device="cpu")
 
 
-def object_layout(model: newton.Model, free: bool) -> newton_state.NewtonLayout:
-    """Places of that object, without hands."""
+def object_layout(free: bool) -> newton_state.NewtonLayout:
+    """Places of these objects, without hands."""
     layout = newton_state.NewtonLayout()
-    layout.world_coords, layout.world_dofs, layout.world_joints, layout.world_bodies = 8, 7, 2, 2
+    slots = np.arange(OBJECT_COUNT)
+    layout.world_coords, layout.world_dofs = 8 * OBJECT_COUNT, 7 * OBJECT_COUNT
+    layout.world_joints = layout.world_bodies = 2 * OBJECT_COUNT
     layout.hand_coord = layout.hand_dof = wp.zeros((0, DOF_COUNT), dtype=int)
     layout.hand_base_joint = wp.zeros(0, dtype=int)
-    layout.hinge_coord, layout.hinge_dof = 7, 6
-    layout.object_coord = layout.object_dof = 0 if free else newton_state.NO_FREE_BASE
-    layout.object_base_joint = layout.object_base_body = 0
+    layout.hinge_coord, layout.hinge_dof = wp.array(8 * slots + 7, dtype=int), wp.array(7 * slots + 6, dtype=int)
+    no_base = np.full(OBJECT_COUNT, newton_state.NO_FREE_BASE)
+    layout.object_coord = wp.array(8 * slots if free else no_base, dtype=int)
+    layout.object_dof = wp.array(7 * slots if free else no_base, dtype=int)
+    layout.object_base_joint = layout.object_base_body = wp.array(2 * slots, dtype=int)
     return layout
 
 
@@ -44,68 +50,72 @@ def pack(
     """Newton's state with the masked worlds of the sample in it, and the flags of the worlds written."""
     state, written = model.state(), wp.zeros(WORLD_COUNT + 1, dtype=wp.bool)
     hands = fill(states.hand_state(*sample.joint_q.shape[:2]), states.HandState, sample)
-    objects = fill(states.object_state(WORLD_COUNT), states.ObjectState, sample)
     wp.launch(
         newton_state.pack_state,
         WORLD_COUNT,
-        inputs=[wp.array(mask, dtype=int), hands, objects, model.body_com, layout],
+        inputs=[wp.array(mask, dtype=int), hands, object_slots(sample, OBJECT_COUNT), model.body_com, layout],
         outputs=[state.joint_q, state.joint_qd, model.joint_X_p, written],
     )
     return state, written.numpy()
 
 
-def unpack(model: newton.Model, layout: newton_state.NewtonLayout, state: newton.State) -> states.ObjectState:
+def unpack(model: newton.Model, layout: newton_state.NewtonLayout, state: newton.State) -> states.ObjectSlots:
     """Newton's state as ours."""
-    objects = states.object_state(WORLD_COUNT)
+    slots = states.object_slots(WORLD_COUNT, OBJECT_COUNT)
     inputs = [state.joint_q, state.joint_qd, model.body_com, layout]
-    wp.launch(newton_state.unpack_object, WORLD_COUNT, inputs=inputs, outputs=[objects])
-    return objects
+    wp.launch(newton_state.unpack_objects, slots.pose.shape, inputs=inputs, outputs=[slots])
+    return slots
 
 
 def test_a_free_base_moves_as_newton_says() -> None:
-    """What was packed is the pose of Newton's body and the velocity of its centre of mass, and comes back."""
+    """What was packed is the pose of Newton's bodies and the velocity of their centres of mass, and comes back."""
     model, sample = newton_model(), random_sample(WORLD_COUNT)
-    layout = object_layout(model, free=True)
+    layout, expected = object_layout(free=True), object_slots(sample, OBJECT_COUNT)
     state, _ = pack(model, layout, sample, np.ones(WORLD_COUNT, int))
     newton.eval_fk(model, state.joint_q, state.joint_qd, state)
-    pose, velocity = state.body_q.numpy()[::2], state.body_qd.numpy()[::2]
-    np.testing.assert_allclose(pose[:, :3], sample.pose[:, :3], atol=1e-6)
-    np.testing.assert_allclose(np.abs((pose[:, 3:] * sample.pose[:, 3:]).sum(-1)), 1.0, atol=1e-6)
-    linear, angular = sample.velocity[:, :3], sample.velocity[:, 3:]
-    rotated = np.array([wp.quat_rotate(wp.quat(*each[3:]), wp.vec3(*CENTRE_OF_MASS)) for each in sample.pose])
-    np.testing.assert_allclose(velocity[:, :3], linear + np.cross(angular, rotated), atol=1e-5)
-    np.testing.assert_allclose(velocity[:, 3:], angular, atol=1e-5)
-    objects = unpack(model, layout, state)
-    for name in ("pose", "velocity", "hinge_q", "hinge_qd"):
-        np.testing.assert_allclose(getattr(objects, name).numpy(), getattr(sample, name), atol=1e-5, err_msg=name)
+    # every other body is a base
+    pose, velocity = (
+        array.numpy()[::2].reshape(WORLD_COUNT, OBJECT_COUNT, -1) for array in (state.body_q, state.body_qd)
+    )
+    wanted = expected.pose.numpy()
+    np.testing.assert_allclose(pose[..., :3], wanted[..., :3], atol=1e-6)
+    np.testing.assert_allclose(np.abs((pose[..., 3:] * wanted[..., 3:]).sum(-1)), 1.0, atol=1e-6)
+    linear, angular = np.split(expected.velocity.numpy(), 2, axis=-1)
+    rotated = Rotation.from_quat(wanted[..., 3:].reshape(-1, 4)).apply(CENTRE_OF_MASS).reshape(linear.shape)
+    np.testing.assert_allclose(velocity[..., :3], linear + np.cross(angular, rotated), atol=1e-5)
+    np.testing.assert_allclose(velocity[..., 3:], angular, atol=1e-5)
+    slots = unpack(model, layout, state)
+    for name in states.element_types(states.ObjectSlots):
+        found = getattr(slots, name).numpy()
+        np.testing.assert_allclose(found, getattr(expected, name).numpy(), atol=1e-5, err_msg=name)
 
 
 def test_a_fixed_base_is_the_frame_of_its_joint() -> None:
     """A fixed base moves the joint that holds it, in the masked worlds only, and no coordinates but the hinge's."""
     model, sample = newton_model(), random_sample(WORLD_COUNT)
-    mask = np.array([1, 0, 0, 1])
-    before = model.joint_X_p.numpy()[::2].copy()
-    state, written = pack(model, object_layout(model, free=False), sample, mask)
+    mask = np.array([True, False, False, True])
+    slots = object_slots(sample, OBJECT_COUNT)
+    expected = model.joint_X_p.numpy().reshape(WORLD_COUNT, 2 * OBJECT_COUNT, 7).copy()
+    expected[mask, ::2] = slots.pose.numpy()[mask]
+    state, written = pack(model, object_layout(free=False), sample, mask)
     assert written.tolist() == [True, False, False, True, False]
-    frames = model.joint_X_p.numpy()[::2]
-    np.testing.assert_allclose(frames[mask == 1], sample.pose[mask == 1], atol=1e-6)
-    np.testing.assert_array_equal(frames[mask == 0], before[mask == 0])
-    expected = model.joint_q.numpy().reshape(WORLD_COUNT, -1).copy()
-    expected[mask == 1, 7] = sample.hinge_q[mask == 1]
-    np.testing.assert_array_equal(state.joint_q.numpy().reshape(WORLD_COUNT, -1), expected.astype(np.float32))
+    np.testing.assert_array_equal(model.joint_X_p.numpy().reshape(expected.shape), expected)
+    expected = model.joint_q.numpy().reshape(WORLD_COUNT, OBJECT_COUNT, 8).copy()
+    expected[mask, :, 7] = slots.hinge_q.numpy()[mask]
+    np.testing.assert_array_equal(state.joint_q.numpy().reshape(expected.shape), expected)
 
 
 @pytest.mark.parametrize("link_first", [True, False])
 def test_contact_forces_act_on_the_link(link_first: bool) -> None:
-    """Whichever shape comes first; contacts without a link and a part, and leftovers, do not count."""
+    """Whichever shape comes first; contacts without a link, a part or the focus, and leftovers, do not count."""
     layout = newton_state.NewtonLayout()
     link, part = 1 * LINK_COUNT + 3, 1
-    # shapes: a link, a part, a link of the other hand, and the table; all of world 2
-    layout.shape_world = wp.full(4, 2, dtype=int)
-    layout.shape_link = wp.array([link, -1, 5, -1], dtype=int)
-    layout.shape_part = wp.array([-1, part, -1, -1], dtype=int)
-    pairs = np.array([[0, 1], [0, 1], [0, 2], [1, 3], [0, 3], [0, 1]])
-    forces = np.arange(36, dtype=np.float32).reshape(6, 6)
+    # shapes: a link, a part, a link of the other hand, the table, and the same part of another object; all of world 2
+    layout.shape_world = wp.full(5, 2, dtype=int)
+    layout.shape_link = wp.array([link, -1, 5, -1, -1], dtype=int)
+    layout.shape_part = wp.array([-1, 2 * len(PARTS) + part, -1, -1, part], dtype=int)
+    pairs = np.array([[0, 1], [0, 1], [0, 2], [1, 3], [0, 3], [0, 4], [0, 1]])
+    forces = np.arange(42, dtype=np.float32).reshape(7, 6)
     if not link_first:
         pairs, forces = pairs[:, ::-1], -forces
     hands = states.hand_state(WORLD_COUNT, HAND_COUNT)
@@ -113,11 +123,12 @@ def test_contact_forces_act_on_the_link(link_first: bool) -> None:
         newton_state.accumulate_contact_force,
         len(pairs),
         inputs=[
-            wp.array([5], dtype=int),
+            wp.array([6], dtype=int),
             wp.array(pairs[:, 0].copy(), dtype=int),
             wp.array(pairs[:, 1].copy(), dtype=int),
             wp.array(forces, dtype=wp.spatial_vector),
             layout,
+            wp.array([0, 1, 2, 0], dtype=int),
             0.25,
         ],
         outputs=[hands],

@@ -12,5 +12,5 @@ from artigrasp.simulation.scene import Scene
 def open_scene(fixed_base: bool, sides: tuple[str, ...] = ("right",)) -> Scene:
     """Open hands and the lidded box."""
     return Scene(
-        tuple(load_hand("open", side) for side in sides), load_object("lidded-box"), fixed_base, PhysicsConfig()
+        tuple(load_hand("open", side) for side in sides), (load_object("lidded-box"),), fixed_base, PhysicsConfig()
     )

@@ -52,21 +52,21 @@ def plain_mujoco(simulation: CpuSimulation, world: int) -> tuple[mujoco.MjModel,
     hands, objects = simulation.state.hands, simulation.state.objects
     data.qpos[layout.hand_qpos[0]] = hands.joint_q.numpy()[world, 0]
     data.qvel[layout.hand_dof[0]] = hands.joint_qd.numpy()[world, 0]
-    data.qpos[layout.hinge_qpos] = objects.hinge_q.numpy()[world]
-    data.qvel[layout.hinge_dof] = objects.hinge_qd.numpy()[world]
+    data.qpos[layout.hinge_qpos[0]] = objects.hinge_q.numpy()[world]
+    data.qvel[layout.hinge_dof[0]] = objects.hinge_qd.numpy()[world]
     base, pose = hands.hand_base.numpy()[world, 0], objects.pose.numpy()[world]
     data.mocap_pos[layout.hand_mocap[0]] = base[:3]
     data.mocap_quat[layout.hand_mocap[0]] = base[[6, 3, 4, 5]]
     if scene.fixed_base:
-        data.mocap_pos[layout.object_mocap] = pose[:3]
-        data.mocap_quat[layout.object_mocap] = pose[[6, 3, 4, 5]]
+        data.mocap_pos[layout.object_mocap[0]] = pose[:3]
+        data.mocap_quat[layout.object_mocap[0]] = pose[[6, 3, 4, 5]]
     else:
-        data.qpos[layout.object_qpos : layout.object_qpos + 7] = pose[[0, 1, 2, 6, 3, 4, 5]]
+        data.qpos[layout.object_qpos[0] : layout.object_qpos[0] + 7] = pose[[0, 1, 2, 6, 3, 4, 5]]
         velocity = objects.velocity.numpy()[world]
-        data.qvel[layout.object_dof : layout.object_dof + 3] = velocity[:3]
+        data.qvel[layout.object_dof[0] : layout.object_dof[0] + 3] = velocity[:3]
         rotation = np.empty(9)
         mujoco.mju_quat2Mat(rotation, pose[[6, 3, 4, 5]].astype(np.float64))
-        data.qvel[layout.object_dof + 3 : layout.object_dof + 6] = rotation.reshape(3, 3).T @ velocity[3:]
+        data.qvel[layout.object_dof[0] + 3 : layout.object_dof[0] + 6] = rotation.reshape(3, 3).T @ velocity[3:]
     mujoco.mj_forward(model, data)
     return model, data
 
@@ -87,12 +87,12 @@ def test_kinematics_are_mujocos(simulation: CpuSimulation) -> None:
             np.testing.assert_allclose(pose[:3], body.xpos, atol=1e-6)
             np.testing.assert_allclose(abs(pose[[6, 3, 4, 5]] @ body.xquat), 1.0, atol=1e-6)
         base = simulation.state.objects.pose.numpy()[world]
-        np.testing.assert_allclose(data.body("object_base").xpos, base[:3], atol=1e-6)
-        lid = data.body("object_articulated")
+        np.testing.assert_allclose(data.body("object0_base").xpos, base[:3], atol=1e-6)
+        lid = data.body("object0_articulated")
         angle = float(simulation.state.objects.hinge_q.numpy()[world])
-        position, orientation = scene.object.articulated_pose_in_base(angle)
-        in_base = data.body("object_base").xmat.reshape(3, 3).T
-        np.testing.assert_allclose(in_base @ (lid.xpos - data.body("object_base").xpos), position, atol=1e-6)
+        position, orientation = scene.objects[0].articulated_pose_in_base(angle)
+        in_base = data.body("object0_base").xmat.reshape(3, 3).T
+        np.testing.assert_allclose(in_base @ (lid.xpos - data.body("object0_base").xpos), position, atol=1e-6)
         turned = Rotation.from_quat(orientation).as_matrix()
         np.testing.assert_allclose(in_base @ lid.xmat.reshape(3, 3), turned, atol=1e-6)
 
@@ -112,15 +112,15 @@ def test_a_control_step_is_four_mujoco_steps(simulation: CpuSimulation) -> None:
         force = np.zeros((len(LINKS), len(PARTS), 3))
         for _ in range(simulation.substeps):
             mujoco.mj_step(model, data)
-            force += data.sensordata[layout.contact_sensor[0][..., None] + np.arange(3)] / simulation.substeps
+            force += data.sensordata[layout.contact_sensor[0, 0][..., None] + np.arange(3)] / simulation.substeps
         touched += int(np.abs(force).max() > 0.01)
         np.testing.assert_allclose(state.hands.joint_q.numpy()[world, 0], data.qpos[layout.hand_qpos[0]], atol=2e-5)
         np.testing.assert_allclose(state.hands.joint_qd.numpy()[world, 0], data.qvel[layout.hand_dof[0]], atol=5e-3)
-        np.testing.assert_allclose(state.objects.hinge_q.numpy()[world], data.qpos[layout.hinge_qpos], atol=2e-5)
+        np.testing.assert_allclose(state.objects.hinge_q.numpy()[world], data.qpos[layout.hinge_qpos[0]], atol=2e-5)
         found = state.hands.contact_force.numpy()[world, 0]
         np.testing.assert_allclose(found, force, atol=0.02 * max(1.0, np.abs(force).max()))
         if not simulation.scenes[0].fixed_base:
-            np.testing.assert_allclose(state.objects.pose.numpy()[world, :3], data.body("object_base").xpos, atol=1e-3)
+            np.testing.assert_allclose(state.objects.pose.numpy()[world, :3], data.body("object0_base").xpos, atol=1e-3)
     assert touched > 0, "the random states should include contact"
     assert (state.diverged.numpy() == 0).all()
 
@@ -130,8 +130,8 @@ def test_contact_force_acts_on_the_right_link() -> None:
     simulation = CpuSimulation([open_scene(True)], [1])
     state = simulation.state
     hand = simulation.scenes[0].hands[0]
-    lid_top = simulation.scenes[0].object.parts[1].vertices[:, 2].max()
-    centre = simulation.scenes[0].object.parts[1].vertices.mean(axis=0)
+    lid_top = simulation.scenes[0].objects[0].parts[1].vertices[:, 2].max()
+    centre = simulation.scenes[0].objects[0].parts[1].vertices.mean(axis=0)
     reach = hand.link_offset[1] + hand.link_offset[2] + hand.link_offset[3] + hand.tip_offset[1]
     base = np.array([*(centre - reach)[:2], lid_top + 0.2, 0.0, 0.0, 0.0, 1.0], dtype=np.float32)
     # curl the index finger down so that it alone reaches the lid

@@ -95,10 +95,10 @@ def test_only_the_hinge_has_limits() -> None:
     scene = open_scene(False)
     model = compile_mujoco(scene)
     layout = model_layout(model, scene)
-    hinge = model.joint("object_hinge")
+    hinge = model.joint("object0_hinge")
     assert model.jnt_limited.nonzero()[0].tolist() == [hinge.id]
-    assert layout.hinge_dof == model.jnt_dofadr[hinge.id]
-    np.testing.assert_allclose(hinge.range, [scene.object.hinge_lower, scene.object.hinge_upper], atol=1e-5)
+    assert layout.hinge_dof[0] == model.jnt_dofadr[hinge.id]
+    np.testing.assert_allclose(hinge.range, [scene.objects[0].hinge_lower, scene.objects[0].hinge_upper], atol=1e-5)
 
 
 @pytest.mark.parametrize("fixed_base", [True, False])
@@ -108,8 +108,8 @@ def test_bases_are_mocap_bodies(fixed_base: bool) -> None:
     model = compile_mujoco(scene)
     layout = model_layout(model, scene)
     assert sorted(layout.hand_mocap) == [0, 1]
-    assert (layout.object_mocap >= 0) == fixed_base
-    assert (layout.object_qpos >= 0) == (not fixed_base)
+    assert (layout.object_mocap[0] >= 0) == fixed_base
+    assert (layout.object_qpos[0] >= 0) == (not fixed_base)
     assert model.nv == 2 * DOF_COUNT + 1 + (0 if fixed_base else 6)
     assert model.body_gravcomp[model.body(f"left_{HAND_BASE}").id] == 1.0
 
@@ -121,11 +121,11 @@ def test_who_collides_with_whom() -> None:
     data = mujoco.MjData(model)
     layout = model_layout(model, scene)
     # everything in one heap around the origin, sunk a little into the table
-    data.qpos[layout.object_qpos + 2] = -0.005
+    data.qpos[layout.object_qpos[0] + 2] = -0.005
     mujoco.mj_forward(model, data)
     owner = [model.body(model.geom_bodyid[geom]).name.split("_")[0] for geom in range(model.ngeom)]
     pairs = {tuple(sorted((owner[contact.geom1], owner[contact.geom2]))) for contact in data.contact}
-    assert pairs == {("left", "object"), ("object", "right"), ("left", "right"), ("object", "world")}
+    assert pairs == {("left", "object0"), ("object0", "right"), ("left", "right"), ("object0", "world")}
 
 
 def test_parts_of_a_closed_object_do_not_push_each_other() -> None:

@@ -43,7 +43,7 @@ class PressingHand:
 
 def over_the_lid(simulation: Simulation) -> None:
     """Start every world with open hands close over the lid, each world's a little higher, and the lid ajar."""
-    objects = [scene.object for scene in simulation.scenes]
+    objects = [scene.objects[0] for scene in simulation.scenes]
     tops = np.repeat([each.parts[1].vertices[:, 2].max() for each in objects], simulation.world_count // len(objects))
     base = np.zeros((simulation.world_count, 1, 7), dtype=np.float32)
     base[:, 0, 0], base[:, 0, 6] = 0.1, 1.0
@@ -215,7 +215,7 @@ def test_worlds_may_hold_different_objects(tmp_path: Path) -> None:
     """
     scene = open_scene(True)
     small = scaled(load_object("lidded-box"), 0.8, tmp_path / "small.usda")
-    scenes = [scene, replace(scene, object=small)]
+    scenes = [scene, replace(scene, objects=(small,))]
     found, expected = (
         press(simulation, 40)
         for simulation in (NewtonSimulation(scenes, [2, 2]), CpuSimulation(scenes, [2, 2], thread_count=1))

@@ -91,7 +91,7 @@ def test_a_closed_loop_opens_the_lid_alike(episode: tuple[tuple[str, ...], bool,
 def test_contact_forces_push_the_hand_away() -> None:
     """A finger that presses on the lid from above is pushed up, with the same force by both backends."""
     scene = open_scene(True)
-    hand, lid = scene.hands[0], scene.object.parts[1]
+    hand, lid = scene.hands[0], scene.objects[0].parts[1]
     middle = lid.vertices.mean(axis=0)
     reach = hand.link_offset[1:4].sum(axis=0)
     base = np.array([*(middle - reach)[:2], lid.vertices[:, 2].max() + 0.052, 0.0, 0.0, 0.0, 1.0], dtype=np.float32)
