@@ -27,8 +27,9 @@ _HAND_COLLISION_GROUP = {"left": -2, "right": -1}
 _FIRST_OBJECT_COLLISION_GROUP = -3
 """The next objects take the next numbers downwards."""
 _SUPPORT_COLLISION_GROUP = 1
-_DISTANCE_AT_FIRST = 10.0
-"""Of the objects from each other before their poses are written [m]: the solver sizes itself by the first contacts."""
+_HEIGHT_AT_FIRST = 10.0
+"""Of an object over the table or the object before it until poses are written [m]: solvers size themselves by the first
+contacts, which mean nothing."""
 _UNLIMITED = 1e10
 """Joint limit from which on Newton makes no constraint of it."""
 _LIMIT_SOLREF = (0.02, 1.0)
@@ -108,15 +109,13 @@ def _scene_builder(scene: Scene) -> newton.ModelBuilder:
     builder.rigid_gap = 0.0
     table = builder.add_ground_plane(label=SUPPORT)
     for hand in scene.hands:
-        for shape in _add_asset(builder, hand.path, hand.side, (HAND_BASE, *LINKS), floating=None):
+        for shape in _add_asset(builder, hand.path, hand.side, (HAND_BASE, *LINKS)):
             builder.shape_collision_group[shape] = _HAND_COLLISION_GROUP[hand.side]
             builder.add_shape_collision_filter_pair(table, shape)
         _set_joint_dynamics(builder, hand)
     for slot, each in enumerate(scene.objects):
-        shapes = _add_asset(
-            builder, each.path, object_label(slot), PARTS, floating=not scene.fixed_base, x=slot * _DISTANCE_AT_FIRST
-        )
-        for shape in shapes:
+        height = (slot + 1) * _HEIGHT_AT_FIRST
+        for shape in _add_asset(builder, each.path, object_label(slot), PARTS, not scene.fixed_base, height):
             builder.shape_collision_group[shape] = _FIRST_OBJECT_COLLISION_GROUP - slot
     builder.shape_collision_group[table] = _SUPPORT_COLLISION_GROUP
     _set_contact_material(builder, scene.physics)
@@ -151,14 +150,14 @@ def _add_asset(
     path: object,
     prefix: str,
     bodies: tuple[str, ...],
-    floating: bool | None,
-    x: float = 0.0,
+    floating: bool | None = None,
+    height: float = 0.0,
 ) -> range:
-    """Import a USD file at ``x`` [m], label its bodies and joints ``<prefix>/<name>``, return the shapes it added."""
+    """Import a USD file at a height [m], label its bodies and joints ``<prefix>/<name>``; the shapes that it added."""
     first_body, first_joint, first_shape = builder.body_count, builder.joint_count, builder.shape_count
     builder.add_usd(
         str(path),
-        xform=wp.transform((x, 0.0, 0.0), wp.quat_identity()),
+        xform=wp.transform((0.0, 0.0, height), wp.quat_identity()),
         floating=floating,
         enable_self_collisions=False,
         load_visual_shapes=False,
