@@ -32,6 +32,11 @@ class Controller(Protocol):
         """Name of the hand model that it was made for, None if for any."""
         ...
 
+    @property
+    def rollout_count(self) -> int:
+        """Episodes of the trial itself that it may simulate before the one that counts; 0 for all but search."""
+        ...
+
     def act(self, features: NDArray[np.float32]) -> NDArray[np.float32]:
         """Decide.
 
@@ -51,6 +56,7 @@ class ZeroController:
     task: TaskConfig
     name: str = "zero"
     hand: None = None
+    rollout_count: int = 0
 
     def act(self, features: NDArray[np.float32]) -> NDArray[np.float32]:
         """Zeros."""
@@ -79,6 +85,7 @@ class PolicyController:
     """A trained policy, acting by the mean of its distribution."""
 
     name = "policy"
+    rollout_count = 0
 
     def __init__(self, policy: PolicyFile) -> None:
         """Load the network's weights."""

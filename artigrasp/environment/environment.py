@@ -92,6 +92,9 @@ class Environment:
             UserError: The references belong to different hand models, or an asset, backend or device is missing.
         """
         self.task, self.seed, self.worlds = task, seed, worlds
+        self._options: dict[str, Any] = {
+            "seed": seed, "noise": noise, "backend": backend, "device": device, "thread_count": thread_count
+        }  # fmt: skip
         hand_names = sorted({each.hand for each in references})
         if len(hand_names) != 1:
             raise UserError(f"references: expected one hand model for all objects, found {', '.join(hand_names)}")
@@ -113,6 +116,10 @@ class Environment:
     def action_count(self) -> int:
         """Length of one hand's action."""
         return action_count(self.task.action)
+
+    def repeat(self, count: int) -> "Environment":
+        """An environment with every world so many times, side by side; its episodes start anew."""
+        return Environment(self.task, self.references, self.worlds.repeat(count), **self._options)
 
     def reset(self, world_mask: wp.array | None = None) -> None:
         """Begin an episode in the worlds whose mask (int, [W]) is not zero, in all of them by default."""

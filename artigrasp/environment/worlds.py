@@ -31,6 +31,10 @@ class WorldPlan:
         """Number of worlds."""
         return len(self.object_index)
 
+    def repeat(self, count: int) -> "WorldPlan":
+        """Every world so many times, side by side."""
+        return WorldPlan(**{name: np.repeat(values, count) for name, values in vars(self).items()})
+
 
 def training_worlds(references: Sequence[ReferenceSet], world_count: int) -> WorldPlan:
     """Share the worlds evenly between the objects; each draws a reference and a goal at every reset.

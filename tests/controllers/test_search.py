@@ -1,0 +1,85 @@
+"""Search around a controller, on the lidded box."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from artigrasp.controllers.controller import ZeroController, pd_ik_controller
+from artigrasp.controllers.cross_entropy import CrossEntropySettings
+from artigrasp.controllers.rollout import run_episode
+from artigrasp.controllers.search import SearchController, with_offsets
+from artigrasp.environment.environment import Environment
+from artigrasp.environment.worlds import trial_worlds
+from artigrasp.kernels.layout import FEATURE_COUNT
+from artigrasp.tasks import get_task
+from tests.example_references import box_references
+
+QUICK = replace(get_task("right-fixed"), episode_steps=160)
+SETTINGS = CrossEntropySettings(rollouts=6, population=4)
+
+
+def searched(rows: Sequence[int], seed: int = 0) -> tuple[SearchController, dict[str, np.ndarray]]:
+    """Search for openings from some of the box's references, play the best, and say what was measured."""
+    references = [box_references().select(indices=rows)]
+    controller = SearchController(pd_ik_controller(QUICK), SETTINGS, seed=seed)
+    environment = Environment(controller.task, references, trial_worlds(references, [1.0]), noise=False, thread_count=2)
+    steps: list[tuple[int, int]] = []
+    run_episode(environment, controller, on_plan=lambda done, total: steps.append((done, total)))
+    assert steps[0] == (0, 6 * 160) and steps[-1] == (6 * 160, 6 * 160)
+    assert [done for done, _ in steps] == sorted(done for done, _ in steps)
+    return controller, environment.episode_summary()
+
+
+@pytest.fixture(scope="module")
+def search() -> tuple[SearchController, dict[str, np.ndarray]]:
+    """All three references."""
+    return searched([0, 1, 2])
+
+
+def test_what_is_played_is_the_best_that_was_tried(search: tuple[SearchController, dict[str, np.ndarray]]) -> None:
+    """A fresh episode gives what the candidate gave, which is no worse than the controller searched around."""
+    controller, summary = search
+    found = controller.found
+    assert found is not None and found.offsets.shape == (3, 1, 12) and found.angle_error.shape == (3, 6)
+    np.testing.assert_array_equal(summary["angle_error"], found.angle_error[:, -1])
+    np.testing.assert_array_equal(summary["success"], found.success[:, -1])
+    assert (found.angle_error[:, -1] < found.angle_error[:, 0]).any()
+    assert (controller.name, controller.rollout_count, controller.parallel_count) == ("search", 6, 4)
+
+
+def test_the_first_candidate_is_the_controller_itself(search: tuple[SearchController, dict[str, np.ndarray]]) -> None:
+    """Rollout one of the search is PD+IK's episode."""
+    controller, _ = search
+    baseline = pd_ik_controller(QUICK)
+    references = [box_references()]
+    environment = Environment(baseline.task, references, trial_worlds(references, [1.0]), noise=False, thread_count=2)
+    run_episode(environment, baseline)
+    assert controller.found is not None
+    np.testing.assert_array_equal(controller.found.angle_error[:, 0], environment.episode_summary()["angle_error"])
+
+
+def test_a_trial_is_searched_alike_in_any_company(search: tuple[SearchController, dict[str, np.ndarray]]) -> None:
+    """One reference alone finds what it finds beside others; another seed finds something else."""
+    alone, summary = searched([2])
+    assert alone.found is not None and search[0].found is not None
+    np.testing.assert_array_equal(alone.found.offsets, search[0].found.offsets[2:])
+    np.testing.assert_array_equal(summary["final_angle"], search[1]["final_angle"][2:])
+    other, _ = searched([2], seed=1)
+    assert other.found is not None
+    assert (other.found.offsets != alone.found.offsets).any() or not alone.found.offsets.any()
+
+
+def test_offsets_join_any_action() -> None:
+    """They stand in the synergies' columns, before a residual and on top of a policy's own."""
+    features = np.zeros((2, 1, FEATURE_COUNT), np.float32)
+    for name, size in (("right-fixed", 63), ("right-fixed-synergy", 12)):
+        controller = SearchController(ZeroController(get_task(name)), SETTINGS)
+        assert controller.name == "zero+search"
+        with pytest.raises(RuntimeError, match="plan before"):
+            controller.act(features)
+        task = with_offsets(get_task(name))
+        assert task.action.synergy is not None and task.action.synergy.decision_interval == 300
+        assert with_offsets(task) == task == controller.task
+        assert len(task.action.terms) == (2 if size == 63 else 1)
