@@ -28,8 +28,9 @@ class Options:
     The run folder runs/TASK/TIME gets run.json, learning_curve.csv and .png, TensorBoard events, latest.pt (to resume
     from) and policy.pt (to act with); all of them are kept up to date while training goes on.
 
-    With --json: {"folder": run folder, "policy": file, "iterations", "control_steps", "wall_time", "success": of the
-    last episodes while exploring, null if none ended}.
+    With --json: {"folder": run folder, "policy": file, "iterations", "control_steps", "wall_time", "learn_share": of the
+    time of this call, what PPO's updates took, null if none was made, "success": of the last episodes while exploring,
+    null if none ended}.
     """
 
     task: Annotated[str, tyro.conf.Positional]
@@ -45,7 +46,7 @@ class Options:
     seed: int | None = None
     """Seed of weights, exploration, noise and goals; by default 0."""
     threads: int | None = None
-    """Threads of the physics; by default one per core."""
+    """Threads of the physics, and of the learner while the physics rests; by default one per core."""
     out: Path = Path("runs")
     """Folder of the run folders."""
     resume: Path | None = None
@@ -75,33 +76,40 @@ def run(options: Options) -> int:
         task, described.objects, split=described.split, seed=described.seed, thread_count=threads
     )
     folder = options.resume or new_run_folder(options.out, task)
-    runner = Runner(HandVecEnv(environment), folder, described.seed)
+    runner = Runner(HandVecEnv(environment), folder, described.seed, threads)
     if options.resume is not None:
         runner.resume()
         logger.info("resuming after iteration %d", runner.iteration)
     write_run_description(folder, described, threads)
     logger.info("training %s on %s in %s", task.name, ", ".join(described.objects), folder)
 
+    reports: list[IterationReport] = []
     with progress_bar("Training", hidden=options.json) as progress:
 
         def report_iteration(report: IterationReport) -> None:
+            reports.append(report)
             now = runner.curve[-1] if runner.curve else None
             status = f"success {now.success:.2f}, error {now.angle_error:.2f} rad" if now else ""
             progress(status, report.iteration, task.iterations)
 
         runner.learn(task.iterations, report_iteration)
+    learn_time = sum(report.learn_time for report in reports)
+    total_time = learn_time + sum(report.collect_time for report in reports)
     result = {
         "folder": str(folder),
         "policy": str(folder / POLICY),
         "iterations": runner.iteration,
         "control_steps": runner.control_steps,
         "wall_time": runner.wall_time,
+        "learn_share": learn_time / total_time if reports else None,
         "success": runner.curve[-1].success if runner.curve else None,
     }
     if options.json:
         show_json(result)
         return 0
     show(f"{runner.iteration} iterations, {runner.control_steps} control steps, {runner.wall_time / 60:.1f} min")
+    if reports:
+        show(f"learning took {learn_time / total_time:.0%} of the time, the rest went into collecting")
     if runner.curve:
         show(f"success while exploring: {runner.curve[-1].success:.2f}")
     show(f"policy: {result['policy']}")

@@ -1,4 +1,4 @@
-"""Starting Warp without the notes that mean nothing to who runs a verb."""
+"""Starting what computes, without the notes that mean nothing to who runs a verb."""
 
 import contextlib
 import logging
@@ -11,7 +11,11 @@ logger = logging.getLogger(__name__)
 
 
 def start_warp() -> None:
-    """Initialise Warp quietly; to be called by a verb before it uses kernels."""
+    """Initialise Warp quietly; to be called by a verb before it uses kernels, and before it imports PyTorch."""
+    # PyTorch's threads would spin while they wait for each other: where anything else wants a core, that makes two of
+    # them tens of times slower than one.
+    os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+
     import warp
 
     warp.config.log_level = warp.LOG_WARNING

@@ -4,7 +4,7 @@ import contextlib
 import io
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -51,17 +51,20 @@ class Runner:
         curve: The learning curve: a point for every iteration in which episodes ended.
     """
 
-    def __init__(self, env: HandVecEnv, folder: Path, seed: int) -> None:
+    def __init__(self, env: HandVecEnv, folder: Path, seed: int, thread_count: int = 1) -> None:
         """Build the learner.
 
         Args:
             env: The environment with its task.
             folder: Run folder, made when the first file goes there.
             seed: Seed of the network's initial weights and of the exploration noise.
+            thread_count: Threads that learn. More than one should not spin while they wait for each other
+                (``OMP_WAIT_POLICY=passive`` before PyTorch is imported): where anything else wants a core, that makes
+                them many times slower than one.
         """
-        self.env, self.folder, self.seed = env, folder, seed
+        self.env, self.folder, self.seed, self.thread_count = env, folder, seed, thread_count
         self.task = env.task
-        torch.set_num_threads(1)  # the physics owns the cores; a second pool of threads would only disturb it
+        torch.set_num_threads(1)  # while the physics steps; a second pool of threads would only disturb it
         torch.manual_seed(seed)
         with contextlib.redirect_stdout(io.StringIO()):  # rsl-rl prints its networks
             self.learner = PPO.construct_algorithm(env.get_observations(), env, _settings(self.task.ppo, env), "cpu")
@@ -101,7 +104,8 @@ class Runner:
                 self.learner.process_env_step(observations, rewards, dones, extras)
             self.learner.compute_returns(observations)
         collected = time.perf_counter()
-        losses = self.learner.update()
+        with _torch_threads(self.thread_count):
+            losses = self.learner.update()
         learned = time.perf_counter()
         self.iteration += 1
         self.control_steps += (
@@ -175,6 +179,17 @@ class Runner:
         self.env.restart()
         self.iteration, self.control_steps, self.wall_time = policy.iteration, policy.control_steps, policy.wall_time
         self.curve = [point for point in read_curve(self.folder) if point.iteration <= self.iteration]
+
+
+@contextlib.contextmanager
+def _torch_threads(count: int) -> Iterator[None]:
+    """Let PyTorch use so many threads for a while."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(count)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
 
 
 def _settings(ppo: PPOConfig, env: HandVecEnv) -> dict[str, Any]:

@@ -23,6 +23,7 @@ def test_a_run_and_its_continuation(work: Path, capsys: pytest.CaptureFixture[st
     folder = Path(result["folder"])
     assert folder.parent == Path("runs/quick") and result["policy"] == str(folder / "policy.pt")
     assert (result["iterations"], result["control_steps"]) == (2, 2 * 20 * 4) and 0.0 <= result["success"] <= 1.0
+    assert 0.0 < result["learn_share"] < 1.0
     assert {path.name for path in folder.iterdir() if "tfevents" not in path.name} == FILES
     described = json.loads((folder / "run.json").read_text())
     assert (described["objects"], described["split"], described["seed"]) == (["lidded-box"], "train", 3)

@@ -210,3 +210,16 @@ def test_wall_time_is_training_time(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     runner = make_runner(bandit(), tmp_path)
     runner.learn(2)
     assert runner.wall_time == 4.0
+
+
+def test_only_learning_uses_all_threads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """While experience is collected the cores are the physics'."""
+    runner = Runner(make_env(bandit()), tmp_path, seed=0, thread_count=2)
+    threads = []
+    for name in ("act", "update"):
+        call = getattr(runner.learner, name)
+        monkeypatch.setattr(
+            runner.learner, name, lambda *args, call=call: (threads.append(torch.get_num_threads()), call(*args))[1]
+        )
+    runner.iterate()
+    assert (threads, torch.get_num_threads()) == ([1, 2], 1)
