@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from artigrasp.assets.hand import load_hand
     from artigrasp.assets.object import load_object
+    from artigrasp.config import SimulatorConfig
     from artigrasp.controllers.library import load_controller
     from artigrasp.environment.make import make_environment
     from artigrasp.errors import UserError
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from artigrasp.tasks import get_task
 
 __all__ = [
+    "SimulatorConfig",
     "UserError",
     "evaluate_articulation",
     "export_usd",
@@ -42,6 +44,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "SimulatorConfig": "artigrasp.config",
     "UserError": "artigrasp.errors",
     "evaluate_articulation": "artigrasp.evaluation.articulation",
     "export_usd": "artigrasp.export.usd",

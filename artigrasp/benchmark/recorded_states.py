@@ -7,6 +7,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from artigrasp.benchmark.bare_physics import cpu_simulation
+from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.controller import pd_ik_controller
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.make import make_environment
@@ -38,8 +39,8 @@ class RecordedStates:
         """
         self._arrays = _arrays(environment)
         task = pd_ik_controller(environment.task).task
-        threads = cpu_simulation(environment).thread_count
-        played = make_environment(task, objects, split=split, seed=environment.seed, thread_count=threads)
+        simulator = SimulatorConfig(threads=cpu_simulation(environment).thread_count)
+        played = make_environment(task, objects, split=split, seed=environment.seed, simulator=simulator)
         no_action = wp.zeros((played.world_count, played.hand_count, 1), dtype=float, device=played.device)
         played.reset()
         for _ in range(APPROACH_STEPS):

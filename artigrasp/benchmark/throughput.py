@@ -15,7 +15,7 @@ from tensordict import TensorDict
 from artigrasp.benchmark.bare_physics import BarePhysics, cpu_simulation
 from artigrasp.benchmark.kernel_shares import TimeShare, time_shares
 from artigrasp.benchmark.recorded_states import RecordedStates
-from artigrasp.config import TaskConfig
+from artigrasp.config import SimulatorConfig, TaskConfig
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.make import make_environment
 from artigrasp.training.runner import Runner
@@ -111,7 +111,9 @@ def measure_throughput(
         UserError: As for :func:`make_environment`.
     """
     task = replace(task, world_count=world_count)
-    environment = make_environment(task, objects, split=split, seed=seed, thread_count=thread_count)
+    environment = make_environment(
+        task, objects, split=split, seed=seed, simulator=SimulatorConfig(threads=thread_count)
+    )
     environment.reset()
     states = RecordedStates(environment, objects, split, STATE_COUNT)
     stages = _Stages(environment, states)

@@ -7,6 +7,7 @@ from artigrasp.cli.output import show, show_json
 from artigrasp.cli.policies import find_policy
 from artigrasp.cli.progress import progress_bar
 from artigrasp.cli.warp_start import start_warp
+from artigrasp.config import SimulatorConfig
 
 OBJECT = POLICY = "lidded-box"
 TARGET_ANGLE = 1.0
@@ -29,6 +30,8 @@ class Options:
     """Hinge angle to reach [rad]."""
     out: Path = Path("demo")
     """Folder to write to."""
+    simulator: SimulatorConfig = SimulatorConfig()
+    """Backend, device and threads."""
     json: bool = False
     """Print JSON."""
 
@@ -55,7 +58,13 @@ def run(options: Options) -> int:
     controller = load_controller("policy", task=get_task("right-fixed"), policy=policy)
     steps = controller.task.episode_steps
     with progress_bar("Opening the box", hidden=options.json) as progress:
-        motion = generate(controller, reference, options.target_angle, on_step=lambda step: progress("", step, steps))
+        motion = generate(
+            controller,
+            reference,
+            options.target_angle,
+            simulator=options.simulator,
+            on_step=lambda step: progress("", step, steps),
+        )
     paths = {
         "motion": options.out / "motion.npz",
         "usd": options.out / "motion.usdc",
@@ -75,6 +84,7 @@ def run(options: Options) -> int:
                     [references],
                     split="test",
                     policy=policy.name if each is controller else None,
+                    simulator=options.simulator,
                     on_step=lambda step: progress("", step, steps),
                 )
             )

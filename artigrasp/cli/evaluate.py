@@ -10,6 +10,7 @@ from artigrasp.cli.output import show, show_json
 from artigrasp.cli.policies import find_policy, played_task
 from artigrasp.cli.progress import progress_bar
 from artigrasp.cli.warp_start import start_warp
+from artigrasp.config import SimulatorConfig
 from artigrasp.files import check_target
 
 
@@ -43,6 +44,8 @@ class Options:
     """Seed, kept with the results; the trials start without noise."""
     out: Path = Path("evaluation")
     """Folder to write to."""
+    simulator: SimulatorConfig = SimulatorConfig()
+    """Backend, device and threads."""
     json: bool = False
     """Print JSON."""
 
@@ -73,6 +76,7 @@ def run(options: Options) -> int:
                     split=options.split,
                     seed=options.seed,
                     policy=str(policy) if controller.name == "policy" else None,
+                    simulator=options.simulator,
                     on_step=lambda step: progress("", step, task.episode_steps),
                 )
             )

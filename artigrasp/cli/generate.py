@@ -7,6 +7,7 @@ from artigrasp.cli.output import show, show_json
 from artigrasp.cli.policies import find_policy, played_task
 from artigrasp.cli.progress import progress_bar
 from artigrasp.cli.warp_start import start_warp
+from artigrasp.config import SimulatorConfig
 from artigrasp.errors import UserError
 from artigrasp.files import check_target
 
@@ -36,6 +37,8 @@ class Options:
     """Seed of the environment."""
     out: Path = Path("motion.npz")
     """Motion file to write."""
+    simulator: SimulatorConfig = SimulatorConfig()
+    """Backend, device and threads."""
     json: bool = False
     """Print JSON."""
 
@@ -68,6 +71,7 @@ def run(options: Options) -> int:
             reference,
             options.target_angle,
             seed=options.seed,
+            simulator=options.simulator,
             on_step=lambda step: progress("", step, controller.task.episode_steps),
         )
     save_motion(options.out, motion)

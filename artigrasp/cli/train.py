@@ -11,6 +11,7 @@ import tyro
 from artigrasp.cli.output import show, show_json
 from artigrasp.cli.progress import progress_bar
 from artigrasp.cli.warp_start import start_warp
+from artigrasp.config import SimulatorConfig
 from artigrasp.errors import UserError
 
 if TYPE_CHECKING:
@@ -28,9 +29,9 @@ class Options:
     The run folder runs/TASK/TIME gets run.json, learning_curve.csv and .png, TensorBoard events, latest.pt (to resume
     from) and policy.pt (to act with); all of them are kept up to date while training goes on.
 
-    With --json: {"folder": run folder, "policy": file, "iterations", "control_steps", "wall_time", "learn_share": of the
-    time of this call, what PPO's updates took, null if none was made, "success": of the last episodes while exploring,
-    null if none ended}.
+    With --json: {"folder": run folder, "policy": file, "iterations", "control_steps", "wall_time", "learn_share": what
+    PPO's updates took of this call's time, null if none was made, "success": of the last episodes while exploring, null
+    if none ended}.
     """
 
     task: Annotated[str, tyro.conf.Positional]
@@ -45,19 +46,19 @@ class Options:
     """Worlds simulated at once; by default the task's."""
     seed: int | None = None
     """Seed of weights, exploration, noise and goals; by default 0."""
-    threads: int | None = None
-    """Threads of the physics, and of the learner while the physics rests; by default one per core."""
     out: Path = Path("runs")
     """Folder of the run folders."""
     resume: Path | None = None
     """Run folder to continue, up to --iterations in total; it keeps its task, objects, split, worlds and seed."""
+    simulator: SimulatorConfig = SimulatorConfig()
+    """Backend, device and threads."""
     json: bool = False
     """Print JSON."""
 
 
 def run(options: Options) -> int:
     """Train."""
-    for name in ("iterations", "worlds", "threads"):
+    for name in ("iterations", "worlds"):
         value = getattr(options, name)
         if value is not None and value < 1:
             raise UserError(f"{name}: expected a positive number, found {value}")
@@ -71,16 +72,16 @@ def run(options: Options) -> int:
     from artigrasp.training.runner import POLICY, IterationReport, Runner
     from artigrasp.training.vec_env import HandVecEnv
 
-    threads = options.threads or os.cpu_count() or 1
+    simulator = replace(options.simulator, threads=options.simulator.threads or os.cpu_count() or 1)
     environment = make_environment(
-        task, described.objects, split=described.split, seed=described.seed, thread_count=threads
+        task, described.objects, split=described.split, seed=described.seed, simulator=simulator
     )
     folder = options.resume or new_run_folder(options.out, task)
-    runner = Runner(HandVecEnv(environment), folder, described.seed, threads)
+    runner = Runner(HandVecEnv(environment), folder, described.seed, simulator.threads or 1)
     if options.resume is not None:
         runner.resume()
         logger.info("resuming after iteration %d", runner.iteration)
-    write_run_description(folder, described, threads)
+    write_run_description(folder, described, simulator)
     logger.info("training %s on %s in %s", task.name, ", ".join(described.objects), folder)
 
     reports: list[IterationReport] = []

@@ -1,4 +1,4 @@
-"""Typed settings of a task: pure data, which imports nothing but the standard library and the user's error."""
+"""Typed settings: pure data, which imports nothing but the standard library and the user's error."""
 
 from artigrasp.config.action import ActionConfig, ResidualConfig, SynergyConfig
 from artigrasp.config.learning import PPOConfig
@@ -6,6 +6,7 @@ from artigrasp.config.parse import from_dict, to_dict
 from artigrasp.config.physics import PDGain, PDGains, PhysicsConfig
 from artigrasp.config.reset import ResetConfig
 from artigrasp.config.reward import RewardConfig
+from artigrasp.config.simulator import SimulatorConfig
 from artigrasp.config.task import TaskConfig
 from artigrasp.config.task_file import read_task, write_task
 
@@ -18,6 +19,7 @@ __all__ = [
     "ResetConfig",
     "ResidualConfig",
     "RewardConfig",
+    "SimulatorConfig",
     "SynergyConfig",
     "TaskConfig",
     "from_dict",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from artigrasp.assets.hand import load_hand
 from artigrasp.assets.object import ObjectModel, load_object
-from artigrasp.config import ActionConfig, TaskConfig
+from artigrasp.config import ActionConfig, SimulatorConfig, TaskConfig
 from artigrasp.environment import tables
 from artigrasp.environment.worlds import WorldPlan
 from artigrasp.errors import UserError
@@ -57,6 +57,7 @@ class Environment:
     Call :meth:`reset`, then :meth:`step` once per control step. Nothing here loops over worlds.
 
     Attributes:
+        backend: Name of the physics, see :mod:`artigrasp.simulation.backend`.
         features: [W, H, 279] features of the paper, by :meth:`observe`.
         reward: [W, H] reward of the last control step.
         reward_terms: its terms by the kernel that computes them: names and [W, H, term] values.
@@ -72,9 +73,7 @@ class Environment:
         *,
         seed: int = 0,
         noise: bool = True,
-        backend: str = "cpu",
-        device: str | None = None,
-        thread_count: int | None = None,
+        simulator: SimulatorConfig = SimulatorConfig(),
     ) -> None:
         """Load the assets, compile the scenes and allocate the worlds.
 
@@ -84,9 +83,7 @@ class Environment:
             worlds: What each world plays.
             seed: Seed of everything that is drawn on the device.
             noise: Whether hands start with the task's noise.
-            backend: Physics, see :mod:`artigrasp.simulation.backend`.
-            device: Warp device of the backend.
-            thread_count: Threads of the physics, all cores by default.
+            simulator: Backend, device and threads.
 
         Raises:
             UserError: The references belong to different hand models, or an asset, backend or device is missing.
@@ -105,7 +102,10 @@ class Environment:
         self.objects: tuple[ObjectModel, ...] = tuple(load_object(name) for name in self.object_names)
         scenes = [Scene(self.hands, (each,), task.fixed_base, task.physics) for each in self.objects]
         counts = np.bincount(worlds.object_index, minlength=len(scenes)).tolist()
-        self.simulation = make_simulation(backend, scenes, counts, thread_count=thread_count, device=device)
+        self.backend = simulator.backend
+        self.simulation = make_simulation(
+            simulator.backend, scenes, counts, thread_count=simulator.threads, device=simulator.device
+        )
         self.state = self.simulation.state
         self.device = self.simulation.device
         self.world_count, self.hand_count = worlds.world_count, len(self.hands)

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from artigrasp.config import TaskConfig
+from artigrasp.config import SimulatorConfig, TaskConfig
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.worlds import training_worlds
 from artigrasp.references.reference import load_references
@@ -14,9 +14,7 @@ def make_environment(
     *,
     split: str = "train",
     seed: int = 0,
-    backend: str = "cpu",
-    device: str | None = None,
-    thread_count: int | None = None,
+    simulator: SimulatorConfig = SimulatorConfig(),
 ) -> Environment:
     """Share a task's worlds between objects; each world draws a reference of the split and a goal at every reset.
 
@@ -25,9 +23,7 @@ def make_environment(
         objects: Names of the objects.
         split: Split whose references are played.
         seed: Seed of everything that is drawn.
-        backend: Physics, see :mod:`artigrasp.simulation.backend`.
-        device: Warp device of the backend.
-        thread_count: Threads of the physics, all cores by default.
+        simulator: Backend, device and threads.
 
     Raises:
         UserError: An object, backend or device is unknown, or an object has no reference of the split and the task's
@@ -35,4 +31,4 @@ def make_environment(
     """
     references = [load_references(name).select(split=split, kind=task.kinds) for name in objects]
     worlds = training_worlds(references, task.world_count)
-    return Environment(task, references, worlds, seed=seed, backend=backend, device=device, thread_count=thread_count)
+    return Environment(task, references, worlds, seed=seed, simulator=simulator)

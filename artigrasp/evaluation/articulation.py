@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from artigrasp.config import to_dict
+from artigrasp.config import SimulatorConfig, to_dict
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.rollout import run_episode
 from artigrasp.environment.environment import OPENED_ANGLE, Environment
@@ -23,6 +23,7 @@ def evaluate_articulation(
     seed: int = 0,
     policy: str | None = None,
     goal_angles: Sequence[float] = GOAL_ANGLES,
+    simulator: SimulatorConfig = SimulatorConfig(),
     on_step: Callable[[int], None] = lambda step: None,
 ) -> Evaluation:
     """Measure a controller on the articulation references of a split.
@@ -36,6 +37,7 @@ def evaluate_articulation(
         seed: Seed of the environment, kept with the result.
         policy: Path of the policy file, for the record.
         goal_angles: Target hinge angles [rad].
+        simulator: Backend, device and threads.
         on_step: Called with the control steps done, for progress.
 
     Raises:
@@ -43,7 +45,7 @@ def evaluate_articulation(
     """
     chosen = [each.select(split=split, kind="articulate") for each in references]
     worlds = trial_worlds(chosen, goal_angles)
-    environment = Environment(controller.task, chosen, worlds, seed=seed, noise=False)
+    environment = Environment(controller.task, chosen, worlds, seed=seed, noise=False, simulator=simulator)
     run_episode(environment, controller, on_step)
     return Evaluation(
         task=controller.task.name,
@@ -85,6 +87,7 @@ def protocol_settings(environment: Environment) -> dict[str, object]:
         "hand": environment.hand_name,
         "hands": list(task.hands),
         "base": "fixed" if task.fixed_base else "free",
+        "backend": environment.backend,
         "episode_steps": task.episode_steps,
         **to_dict(task.physics),
         **{name: importlib.metadata.version(name) for name in ("newton", "mujoco", "warp-lang")},

@@ -8,7 +8,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from artigrasp.config import ActionConfig
+from artigrasp.config import ActionConfig, SimulatorConfig
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.rollout import run_episode
 from artigrasp.environment.environment import Environment
@@ -23,6 +23,7 @@ def generate(
     target_angle: float,
     *,
     seed: int = 0,
+    simulator: SimulatorConfig = SimulatorConfig(),
     on_step: Callable[[int], None] = lambda step: None,
 ) -> Motion:
     """Simulate one episode and record it.
@@ -32,6 +33,7 @@ def generate(
         references: A set of exactly one reference, see :meth:`ReferenceSet.select`.
         target_angle: Hinge angle to reach [rad].
         seed: Seed of the environment; hands start without noise.
+        simulator: Backend, device and threads.
         on_step: Called with the control steps done, for progress.
 
     Returns:
@@ -40,7 +42,7 @@ def generate(
     if len(references) != 1:
         raise ValueError(f"references: expected exactly one, found {len(references)}")
     worlds = trial_worlds([references], [target_angle])
-    environment = Environment(controller.task, [references], worlds, seed=seed, noise=False)
+    environment = Environment(controller.task, [references], worlds, seed=seed, noise=False, simulator=simulator)
     recorder = MotionRecorder(environment, world=0)
 
     def record(step: int) -> None:

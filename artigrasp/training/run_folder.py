@@ -6,12 +6,12 @@ import json
 import subprocess
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 import matplotlib
 
-from artigrasp.config import TaskConfig, from_dict, to_dict
+from artigrasp.config import SimulatorConfig, TaskConfig, from_dict, to_dict
 from artigrasp.errors import UserError
 from artigrasp.files import atomic_write, check_format
 
@@ -55,15 +55,15 @@ def new_run_folder(root: Path, task: TaskConfig) -> Path:
     return folder
 
 
-def write_run_description(folder: Path, run: RunDescription, threads: int) -> None:
-    """Write ``run.json``: the task in full, what it is trained on, versions and the commit of the program."""
+def write_run_description(folder: Path, run: RunDescription, simulator: SimulatorConfig) -> None:
+    """Write ``run.json``: the task in full, what it is trained on and where, versions and the commit of the program."""
     description = {
         "format": RUN_FORMAT,
         "version": RUN_VERSION,
         "objects": list(run.objects),
         "split": run.split,
         "seed": run.seed,
-        "threads": threads,
+        **asdict(simulator),
         "commit": _git_commit(),
         "packages": {
             name: importlib.metadata.version(name)

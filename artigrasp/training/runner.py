@@ -66,8 +66,9 @@ class Runner:
         self.task = env.task
         torch.set_num_threads(1)  # while the physics steps; a second pool of threads would only disturb it
         torch.manual_seed(seed)
+        settings = _settings(self.task.ppo, env)
         with contextlib.redirect_stdout(io.StringIO()):  # rsl-rl prints its networks
-            self.learner = PPO.construct_algorithm(env.get_observations(), env, _settings(self.task.ppo, env), "cpu")
+            self.learner = PPO.construct_algorithm(env.get_observations(), env, settings, env.device)
         self.iteration = 0
         self.control_steps = 0
         self.wall_time = 0.0
@@ -140,7 +141,7 @@ class Runner:
         learner: dict[str, Any] = {
             "critic": self.learner.critic.state_dict(),
             "optimizer": self.learner.optimizer.state_dict(),
-            "torch_random": torch.get_rng_state(),
+            "torch_random": _random_generator(environment.device).get_state(),
             "episode": torch.from_numpy(environment.episode.numpy()),
         }
         save_policy(replace(policy, learner=learner), self.folder / CHECKPOINT)
@@ -170,7 +171,7 @@ class Runner:
             self.learner.actor.load_state_dict(policy.actor)
             self.learner.critic.load_state_dict(policy.learner["critic"])
             self.learner.optimizer.load_state_dict(policy.learner["optimizer"])
-            torch.set_rng_state(policy.learner["torch_random"])
+            _random_generator(environment.device).set_state(policy.learner["torch_random"])
             environment.episode.assign(policy.learner["episode"].numpy() - 1)
         except (AttributeError, KeyError, RuntimeError, TypeError, ValueError) as error:
             detail = str(error).splitlines()[0]
@@ -179,6 +180,13 @@ class Runner:
         self.env.restart()
         self.iteration, self.control_steps, self.wall_time = policy.iteration, policy.control_steps, policy.wall_time
         self.curve = [point for point in read_curve(self.folder) if point.iteration <= self.iteration]
+
+
+def _random_generator(device: str) -> torch.Generator:
+    """What exploration on a device draws from."""
+    if torch.device(device).type == "cpu":
+        return torch.default_generator
+    return torch.cuda.default_generators[torch.device(device).index or 0]
 
 
 @contextlib.contextmanager

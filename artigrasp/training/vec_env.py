@@ -12,6 +12,8 @@ from artigrasp.environment.environment import Environment
 class HandVecEnv(VecEnv):
     """Every hand of every world is a row; one PPO step is ``decision_interval`` control steps.
 
+    Everything stays on the environment's device, in memory that PyTorch and Warp share.
+
     The rewards within a PPO step are discounted by the powers of gamma, so that the return is the same as with one
     control step per PPO step. A world whose physics failed is reset at once and marked as done; what it earned in its
     last step is replaced by what the critic expected of it, so that failing is neither good nor bad.
@@ -44,14 +46,15 @@ class HandVecEnv(VecEnv):
     def restart(self) -> None:
         """Begin new episodes everywhere."""
         self.environment.reset()
-        self.episode_length_buf = torch.zeros(self.rows, dtype=torch.long)
+        self.episode_length_buf = torch.zeros(self.rows, dtype=torch.long, device=self.device)
         self._term_sums = [torch.zeros_like(values) for _, values in self._terms]
 
     def get_observations(self) -> TensorDict:
         """Features of every row, in the one observation group."""
         self.environment.observe()
         # a copy: the environment overwrites its features while the learner still holds these
-        return TensorDict({OBSERVATION_GROUP: self._feature_rows.clone()}, batch_size=self.rows)
+        features = self._feature_rows.clone()
+        return TensorDict({OBSERVATION_GROUP: features}, batch_size=self.rows, device=self.device)
 
     def step(self, actions: torch.Tensor) -> tuple[TensorDict, torch.Tensor, torch.Tensor, dict[str, torch.Tensor]]:
         """Hold an action for ``decision_interval`` control steps.
@@ -65,7 +68,7 @@ class HandVecEnv(VecEnv):
             rewarded is over at its end.
         """
         self._action_rows.copy_(actions)
-        rewards = torch.zeros(self.rows)
+        rewards = torch.zeros(self.rows, device=self.device)
         for control_step in range(self.decision_interval):
             self.environment.step(self._action)
             rewards += self.task.ppo.gamma**control_step * self._reward_rows
@@ -73,7 +76,7 @@ class HandVecEnv(VecEnv):
                 sums += values
         self.episode_length_buf += 1
         failed = (self._failure != 0).repeat_interleave(self.environment.hand_count)
-        rewards[failed] = 0.0
+        rewards.masked_fill_(failed, 0.0)
         ended = self.episode_length_buf >= self.max_episode_length
         dones = ended | failed
         if bool(dones.any()):
@@ -93,9 +96,10 @@ class HandVecEnv(VecEnv):
     def _end_episodes(self, dones: torch.Tensor) -> None:
         worlds = dones.reshape(self.environment.world_count, -1).any(dim=1)
         summary = self.environment.episode_summary()
+        ended = worlds.cpu().numpy()
         for name, values in summary.items():
-            self._returns.setdefault(f"Episode/{name}", []).extend(values[worlds.numpy()].tolist())
-        sound = torch.from_numpy(summary["failed"] == 0)
+            self._returns.setdefault(f"Episode/{name}", []).extend(values[ended].tolist())
+        sound = self._failure == 0
         for sums, (names, _) in zip(self._term_sums, self._terms, strict=True):
             for name, values in zip(names, sums[worlds & sound].mean(dim=1).T, strict=True):
                 self._returns.setdefault(f"Reward/{name}", []).extend(values.tolist())

@@ -17,6 +17,7 @@ from artigrasp.cli import main
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.make import make_environment
 from artigrasp.tasks import TASKS, get_task
+from tests.environment.examples import TWO_THREADS
 
 WORLDS = 4
 OBJECTS = ("lidded-box",)
@@ -26,7 +27,7 @@ TASK = replace(get_task("right-fixed"), world_count=WORLDS)
 @pytest.fixture(scope="module")
 def environment() -> Environment:
     """A few worlds of the paper's task."""
-    environment = make_environment(TASK, OBJECTS, thread_count=2)
+    environment = make_environment(TASK, OBJECTS, simulator=TWO_THREADS)
     environment.reset()
     return environment
 

@@ -20,6 +20,7 @@ from artigrasp.kernels.layout import FEATURE_COUNT
 from artigrasp.references.reference import ReferenceSet, load_references
 from artigrasp.tasks import get_task
 from tests.controllers.examples import example_policy
+from tests.environment.examples import TWO_THREADS
 from tests.example_references import box_references
 
 PAPER, SYNERGY = get_task("right-fixed"), get_task("right-fixed-synergy")
@@ -28,7 +29,7 @@ PAPER, SYNERGY = get_task("right-fixed"), get_task("right-fixed-synergy")
 def final_angles(controller: Controller, references: ReferenceSet) -> np.ndarray:
     """Hinge angles after an episode toward 1 rad, one per reference."""
     worlds = trial_worlds([references], [1.0])
-    environment = Environment(controller.task, [references], worlds, noise=False, thread_count=2)
+    environment = Environment(controller.task, [references], worlds, noise=False, simulator=TWO_THREADS)
     run_episode(environment, controller)
     summary = environment.episode_summary()
     assert not summary["failed"].any()
@@ -113,7 +114,7 @@ def test_an_episode_asks_when_a_decision_is_due() -> None:
     action = replace(SYNERGY.action, synergy=replace(SYNERGY.action.synergy, decision_interval=10))
     task = replace(SYNERGY, episode_steps=30, action=action)
     references = [box_references()]
-    environment = Environment(task, references, trial_worlds(references, [1.0]), noise=False, thread_count=2)
+    environment = Environment(task, references, trial_worlds(references, [1.0]), noise=False, simulator=TWO_THREADS)
     seen.clear()
     steps: list[int] = []
     run_episode(environment, Recorder(task), steps.append)
@@ -125,7 +126,7 @@ def test_another_hand_than_the_policys_is_told(caplog: pytest.LogCaptureFixture)
     """A policy may play another hand than its own, but not in silence."""
     task = replace(PAPER, episode_steps=1)
     references = [box_references()]
-    environment = Environment(task, references, trial_worlds(references, [1.0]), thread_count=2)
+    environment = Environment(task, references, trial_worlds(references, [1.0]), simulator=TWO_THREADS)
     caplog.clear()
     with caplog.at_level(logging.WARNING):
         run_episode(environment, PolicyController(example_policy(task)))

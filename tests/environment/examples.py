@@ -6,12 +6,14 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from artigrasp.config import TaskConfig
+from artigrasp.config import SimulatorConfig, TaskConfig
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.worlds import training_worlds
 from artigrasp.kernels import states
 from artigrasp.tasks import get_task
 from tests.example_references import box_references
+
+TWO_THREADS = SimulatorConfig(threads=2)
 
 
 def task_of(name: str = "right-fixed", **changes: Any) -> TaskConfig:
@@ -22,7 +24,7 @@ def task_of(name: str = "right-fixed", **changes: Any) -> TaskConfig:
 def box_environment(task: TaskConfig, world_count: int = 6, **options: Any) -> Environment:
     """Worlds of a task on the train references of the lidded box, not reset yet."""
     references = [box_references().select(split="train")]
-    return Environment(task, references, training_worlds(references, world_count), thread_count=2, **options)
+    return Environment(task, references, training_worlds(references, world_count), simulator=TWO_THREADS, **options)
 
 
 def random_actions(environment: Environment, step_count: int, seed: int = 0) -> np.ndarray:

@@ -18,7 +18,15 @@ from artigrasp.errors import UserError
 from artigrasp.kernels.layout import feature_slice
 from artigrasp.kernels.rewards import TERMS
 from artigrasp.references.reference import load_references
-from tests.environment.examples import assert_same, box_environment, play, random_actions, snapshot, task_of
+from tests.environment.examples import (
+    TWO_THREADS,
+    assert_same,
+    box_environment,
+    play,
+    random_actions,
+    snapshot,
+    task_of,
+)
 from tests.example_references import RIGHT, box_references
 
 TWO_TERMS = ActionConfig(
@@ -111,7 +119,9 @@ def test_a_whole_episode_is_finite(paper: Environment) -> None:
 def test_a_reference_without_target_contact(paper: Environment) -> None:
     """Its contact terms are zero, even while the hand touches the box, and everything else is as ever."""
     references = [box_references().select(indices=[0, 1])]
-    environment = Environment(paper.task, references, trial_worlds(references, [1.0]), noise=False, thread_count=2)
+    environment = Environment(
+        paper.task, references, trial_worlds(references, [1.0]), noise=False, simulator=TWO_THREADS
+    )
     environment.reset()
     play(environment, np.zeros((80, 2, 1, 51), np.float32))
     features, terms = environment.observe().numpy(), environment.reward_terms[0][1].numpy()
@@ -210,7 +220,7 @@ def test_rewards_add_up(two_terms: Environment) -> None:
 def test_played_references_are_known(paper: Environment) -> None:
     """Each world's reference, as a row of its object's set, whatever the number of sets."""
     references = [box_references(), box_references().select(indices=[2, 0])]
-    environment = Environment(paper.task, references, trial_worlds(references, [1.0]), thread_count=2)
+    environment = Environment(paper.task, references, trial_worlds(references, [1.0]), simulator=TWO_THREADS)
     environment.reset()
     assert environment.reference_rows().tolist() == [0, 1, 2, 0, 1]
 
@@ -224,7 +234,7 @@ def test_objects_do_not_see_each_other(arctic_assets: Path) -> None:
     summaries = []
     for references in ([box, laptop], [laptop]):
         worlds = trial_worlds(references, [1.0])
-        environment = Environment(controller.task, references, worlds, noise=False, thread_count=2)
+        environment = Environment(controller.task, references, worlds, noise=False, simulator=TWO_THREADS)
         run_episode(environment, controller)
         summaries.append(environment.episode_summary())
     assert summaries[1]["max_angle_change"].max() > 0.02, "some lid should move"

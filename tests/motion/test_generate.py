@@ -14,7 +14,7 @@ from artigrasp.environment.worlds import trial_worlds
 from artigrasp.motion.file import load_motion, save_motion
 from artigrasp.motion.generate import MotionRecorder, generate, phase_name
 from artigrasp.tasks import get_task
-from tests.environment.examples import play, random_actions
+from tests.environment.examples import TWO_THREADS, play, random_actions
 from tests.example_references import RIGHT, box_references
 
 PAPER = get_task("right-fixed")
@@ -54,7 +54,9 @@ def test_the_same_call_gives_the_same_motion() -> None:
 def test_one_of_many_worlds_is_recorded() -> None:
     """The recorder follows its world, whatever set its reference is in, and keeps copies."""
     references = [box_references(), box_references(test_count=1).select(indices=[3, 2])]
-    environment = Environment(PAPER, references, trial_worlds(references, [0.5, 1.0]), noise=False, thread_count=2)
+    environment = Environment(
+        PAPER, references, trial_worlds(references, [0.5, 1.0]), noise=False, simulator=TWO_THREADS
+    )
     environment.reset()
     recorder = MotionRecorder(environment, world=8)
     seen = []

@@ -7,6 +7,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from artigrasp.config import SimulatorConfig
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.worlds import trial_worlds
 from artigrasp.references.reference import ReferenceSet
@@ -42,7 +43,7 @@ def lid_opening(sides: tuple[str, ...], fixed_base: bool, backend: str) -> Envir
         references = _with_left_hand(references)
     task = replace(get_task("right-fixed-synergy"), hands=sides, fixed_base=fixed_base)
     worlds = trial_worlds([references], [GOAL_ANGLE])
-    return Environment(task, [references], worlds, noise=False, backend=backend, device="cpu")
+    return Environment(task, [references], worlds, noise=False, simulator=SimulatorConfig(backend, "cpu"))
 
 
 def _with_left_hand(references: ReferenceSet, distance: float = 0.05) -> ReferenceSet:

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+from artigrasp.config import SimulatorConfig
 from artigrasp.errors import UserError
 from artigrasp.tasks import get_task
 from artigrasp.training import run_folder
@@ -38,10 +39,11 @@ def test_folders_never_collide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 def test_a_run_is_described_in_full(tmp_path: Path) -> None:
     """What was trained on what comes back; versions, commit and threads are there for whoever compares."""
-    write_run_description(tmp_path, RUN, threads=2)
+    write_run_description(tmp_path, RUN, SimulatorConfig(threads=2))
     assert read_run_description(tmp_path) == RUN
     content = json.loads((tmp_path / RUN_FILE).read_text())
-    assert (content["format"], content["version"], content["threads"]) == ("artigrasp.run", 1, 2)
+    assert (content["format"], content["version"]) == ("artigrasp.run", 1)
+    assert (content["backend"], content["device"], content["threads"]) == ("cpu", None, 2)
     assert content["packages"].keys() >= {"artigrasp", "mujoco", "torch"} and content["commit"]
 
 
@@ -92,5 +94,5 @@ def test_a_damaged_curve_is_named(tmp_path: Path) -> None:
 def test_a_commit_is_that_of_the_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A program that no checkout holds has no commit, whatever checkout it lies in."""
     monkeypatch.setattr(run_folder, "__file__", str(Path(__file__).parent / "not_tracked.py"))
-    write_run_description(tmp_path, replace(RUN, seed=1), threads=1)
+    write_run_description(tmp_path, replace(RUN, seed=1), SimulatorConfig())
     assert json.loads((tmp_path / RUN_FILE).read_text())["commit"] == "unknown"
