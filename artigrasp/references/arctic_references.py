@@ -57,11 +57,14 @@ def _make_reference(model: ObjectModel, frame: LabelledFrame, mean_pose: dict[st
     if label.task not in TASKS:
         raise unknown("kind of label", label.task, TASKS)
     kind, sides = TASKS[label.task]
-    base, angle = _object_pose(frame.state)
+    base, angle = base_pose(frame.state), float(frame.state[0])
     part_pose = {BASE: base, ARTICULATED: base * _transform(*model.articulated_pose_in_base(angle))}
     part = [ARTICULATED if kind == "articulate" and side in sides else BASE for side in HANDS]
-    wrists = [part_pose[part[hand]].inv() * _wrist_pose(frame, hand) for hand in range(len(HANDS))]
-    angles = [_finger_angles(frame.pose[hand] + mean_pose[side]) for hand, side in enumerate(HANDS)]
+    wrists = [
+        part_pose[part[hand]].inv() * wrist_pose(frame.rotation[hand], frame.translation[hand], side)
+        for hand, side in enumerate(HANDS)
+    ]
+    angles = [finger_angles(frame.pose[hand] + mean_pose[side]) for hand, side in enumerate(HANDS)]
     row = CONTACT_WITH_ARTICULATED if kind == "articulate" else CONTACT_WITH_EITHER
     initial_angle = 0.0
     if model.name in NEVER_CLOSED:
@@ -72,10 +75,10 @@ def _make_reference(model: ObjectModel, frame: LabelledFrame, mean_pose: dict[st
         "split": label.split,
         "active": [side in sides for side in HANDS],
         "part": part,
-        "wrist_pose_in_part": [_pose(wrist) for wrist in wrists],
+        "wrist_pose_in_part": [pose_array(wrist) for wrist in wrists],
         "finger_angles": angles,
         "contacts": [frame.contacts[hand, row] & (side in sides) for hand, side in enumerate(HANDS)],
-        "object_pose": _pose(resting_pose(model, Rotation.from_rotvec(frame.initial_state[1:4]), initial_angle)),
+        "object_pose": pose_array(resting_pose(model, Rotation.from_rotvec(frame.initial_state[1:4]), initial_angle)),
         "object_angle": initial_angle,
         "source": f"{sequence} {subject} init {label.initial_frame} grasp {label.frame}",
         "subject": subject,
@@ -91,25 +94,27 @@ def resting_pose(model: ObjectModel, rotation: Rotation, angle: float) -> RigidT
     return RigidTransform.from_components([-centre[0], -centre[1], -lowest], rotation)
 
 
-def _wrist_pose(frame: LabelledFrame, hand: int) -> RigidTransform:
-    position = frame.translation[hand] + WRIST_FROM_MANO[HANDS[hand]]
-    return RigidTransform.from_components(position, Rotation.from_rotvec(frame.rotation[hand]))
+def wrist_pose(rotation: Array, translation: Array, side: str) -> RigidTransform:
+    """Wrist frames from ARCTIC's rotation vectors [rad] and MANO's translations [m], both of shape (..., 3)."""
+    return RigidTransform.from_components(translation + WRIST_FROM_MANO[side], Rotation.from_rotvec(rotation))
 
 
-def _finger_angles(rotation_vectors: Array) -> Array:
-    angles: Array = Rotation.from_rotvec(rotation_vectors.reshape(-1, 3)).as_euler("XYZ").ravel()
-    return angles
+def finger_angles(rotation_vectors: Array) -> Array:
+    """Intrinsic XYZ angles [rad] of rotation vectors of the finger joints, mean pose included, both (..., 45)."""
+    angles: Array = Rotation.from_rotvec(rotation_vectors.reshape(-1, 3)).as_euler("XYZ")
+    return angles.reshape(rotation_vectors.shape)
 
 
-def _object_pose(state: Array) -> tuple[RigidTransform, float]:
-    """Pose of the base and hinge angle [rad] from ARCTIC's angle, rotation vector and translation [mm]."""
-    return RigidTransform.from_components(state[4:7] / 1000, Rotation.from_rotvec(state[1:4])), float(state[0])
+def base_pose(state: Array) -> RigidTransform:
+    """Frames of the base from ARCTIC's angle, rotation vector [rad] and translation [mm], shape (..., 7)."""
+    return RigidTransform.from_components(state[..., 4:7] / 1000, Rotation.from_rotvec(state[..., 1:4]))
+
+
+def pose_array(transform: RigidTransform) -> Array:
+    """Positions [m] and quaternions xyzw of transforms, shape (..., 7)."""
+    position, rotation = transform.as_components()
+    return np.concatenate([position, rotation.as_quat(canonical=True)], axis=-1)
 
 
 def _transform(position: Array, orientation: Array) -> RigidTransform:
     return RigidTransform.from_components(position, Rotation.from_quat(orientation))
-
-
-def _pose(transform: RigidTransform) -> Array:
-    position, rotation = transform.as_components()
-    return np.concatenate([position, rotation.as_quat(canonical=True)])

@@ -3,6 +3,8 @@
 All references of an object live in one file, ``references/<object>.npz``.
 """
 
+import importlib.metadata
+import json
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
@@ -17,7 +19,7 @@ from artigrasp.errors import UserError, unknown
 from artigrasp.kernels.layout import FINGER_DOF_COUNT, HANDS, LINK_COUNT, PARTS
 from artigrasp.references.splits import SCHEME_SPLITS, in_split
 
-FORMAT, VERSION = "artigrasp.references", 2
+FORMAT, VERSION = "artigrasp.references", 3
 KINDS = ("articulate", "grasp")
 
 _SHAPES: dict[str, tuple[tuple[int | str, ...], Any]] = {
@@ -37,6 +39,8 @@ _LARGEST_ANGLE, _FARTHEST = 2 * np.pi, 10.0
 """What is beyond is in degrees or millimetres [rad, m]."""
 _RECORDING = ("subject", "sequence", "frame")
 """What files of version 1 lack. One value may stand for all references."""
+_TEXTS = ("object", "hand", "provenance")
+"""What is one text for all references; files before version 3 lack the last."""
 _POSES: dict[str, tuple[int | str, ...]] = {"wrist_pose_in_part": ("R", len(HANDS)), "object_pose": ("R",)}
 
 
@@ -62,6 +66,7 @@ class ReferenceSet:
         subject: Whose recording it comes from, such as ``"s5"``; empty if from none or from an unknown one, shape (R,).
         sequence: Name of that recording, such as ``"box_use_02"``, or empty, shape (R,).
         frame: Frame of that recording that shows the hands, or -1, shape (R,).
+        provenance: JSON of the program that made them and its settings, as of :func:`describe_provenance`, or empty.
     """
 
     object: str
@@ -79,6 +84,7 @@ class ReferenceSet:
     subject: NDArray[np.str_] = field(default_factory=lambda: np.array(""))
     sequence: NDArray[np.str_] = field(default_factory=lambda: np.array(""))
     frame: NDArray[np.int32] = field(default_factory=lambda: np.array(-1))
+    provenance: str = ""
 
     def __post_init__(self) -> None:
         sizes: dict[str, int] = {}
@@ -173,11 +179,13 @@ def read_references(path: Path) -> ReferenceSet:
     names = [each.name for each in fields(ReferenceSet)]
     if not any(name in arrays for name in _RECORDING):
         names = [name for name in names if name not in _RECORDING]
+    if "provenance" not in arrays:
+        names.remove("provenance")
     if missing := [name for name in names if name not in arrays]:
         raise UserError(f"{path}: {missing[0]}: expected an array, found none")
     try:
         values: dict[str, Any] = {name: arrays[name] for name in names}
-        for name in ("object", "hand"):
+        for name in (name for name in _TEXTS if name in values):
             values[name] = str(check_array(name, arrays[name], (), np.str_))
         return ReferenceSet(**values)
     except ValueError as error:
@@ -188,6 +196,17 @@ def save_references(path: Path, references: ReferenceSet) -> None:
     """Write a file of references, whole or not at all."""
     arrays = {each.name: np.asarray(getattr(references, each.name)) for each in fields(references)}
     save_arrays(path, FORMAT, VERSION, arrays)
+
+
+def describe_provenance(made_by: str, **settings: Any) -> str:
+    """The provenance of references: JSON of the program that made them, its version and its settings.
+
+    Args:
+        made_by: The program, such as the verb ``"extract-references"``.
+        settings: Whatever its result depends on besides its input, of JSON's types.
+    """
+    version = importlib.metadata.version("artigrasp")
+    return json.dumps({"made_by": made_by, "artigrasp": version, **settings}, sort_keys=True)
 
 
 def _check_values(name: str, values: NDArray[Any], expected: Iterable[str | int]) -> None:

@@ -1,8 +1,10 @@
 """Reference files: kept exactly, selected by split and kind, refused when malformed."""
 
+import json
 import pickle
 from collections import Counter
 from dataclasses import fields, replace
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +14,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from artigrasp.errors import UserError
-from artigrasp.references.reference import ReferenceSet, load_references, read_references, save_references
+from artigrasp.references.reference import (
+    ReferenceSet,
+    describe_provenance,
+    load_references,
+    read_references,
+    save_references,
+)
 from artigrasp.references.splits import in_split
 from tests.fuzzing import damage, examples, note
 
@@ -39,6 +47,7 @@ def example(count: int = 4) -> ReferenceSet:
         subject=np.where(np.arange(count) % 4 < 3, "s1", "s5"),
         sequence=np.array([f"box_use_{index:02d}" for index in range(count)]),
         frame=np.arange(count, dtype=np.int32),
+        provenance=describe_provenance("test", seed=3),
     )
 
 
@@ -56,7 +65,8 @@ def test_file_keeps_everything(tmp_path: Path) -> None:
     save_references(path, references)
     again = read_references(path)
     assert (again.object, again.hand, len(again)) == ("lidded-box", "open", 4)
-    for name in (each.name for each in fields(ReferenceSet)[2:]):
+    assert json.loads(again.provenance) == {"made_by": "test", "artigrasp": version("artigrasp"), "seed": 3}
+    for name in (each.name for each in fields(ReferenceSet)[2:-1]):
         np.testing.assert_array_equal(getattr(again, name), getattr(references, name))
         assert getattr(again, name).dtype == getattr(references, name).dtype
 
@@ -65,9 +75,10 @@ def test_files_of_version_1_are_read(tmp_path: Path) -> None:
     """They do not say which recording they come from, so that no scheme has a split of them."""
     path = tmp_path / "old.npz"
     contents = arrays(path, example())
-    recording = ("subject", "sequence", "frame")
-    np.savez(path, **({name: contents[name] for name in contents if name not in recording} | {"version": np.array(1)}))
+    later = ("subject", "sequence", "frame", "provenance")
+    np.savez(path, **({name: contents[name] for name in contents if name not in later} | {"version": np.array(1)}))
     again = read_references(path)
+    assert again.provenance == ""
     assert again.subject.tolist() == again.sequence.tolist() == [""] * 4 and again.frame.tolist() == [-1] * 4
     assert again.splits() == ("test", "train")
     np.testing.assert_array_equal(again.finger_angles, example().finger_angles)
@@ -162,7 +173,8 @@ def set_at(index: Any, value: Any) -> Any:
         ("split", lambda array: array[:3], "split: expected shape (R=4), found (3,)"),
         ("active", lambda array: array.astype(float), "active: expected booleans"),
         ("hand", lambda array: np.array(3), "hand: expected strings"),
-        ("version", lambda array: np.array(3), "version: expected at most 2, found 3"),
+        ("version", lambda array: np.array(4), "version: expected at most 3, found 4"),
+        ("provenance", lambda array: np.array(["a", "b"]), "provenance: expected shape (), found (2,)"),
         ("subject", lambda array: array[:2], "subject: expected shape (R=4), found (2,)"),
         ("frame", lambda array: array + 0.5, "frame: expected whole numbers"),
         ("format", lambda array: np.array("artigrasp.motion"), "format: expected 'artigrasp.references'"),
