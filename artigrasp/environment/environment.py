@@ -57,7 +57,7 @@ class Environment:
     Call :meth:`reset`, then :meth:`step` once per control step. Nothing here loops over worlds.
 
     Attributes:
-        backend: Name of the physics, see :mod:`artigrasp.simulation.backend`.
+        simulator: Backend, device and threads.
         features: [W, H, 279] features of the paper, by :meth:`observe`.
         reward: [W, H] reward of the last control step.
         reward_terms: its terms by the kernel that computes them: names and [W, H, term] values.
@@ -88,10 +88,8 @@ class Environment:
         Raises:
             UserError: The references belong to different hand models, or an asset, backend or device is missing.
         """
-        self.task, self.seed, self.worlds = task, seed, worlds
-        self._options: dict[str, Any] = {
-            "seed": seed, "noise": noise, "backend": backend, "device": device, "thread_count": thread_count
-        }  # fmt: skip
+        self.task, self.seed, self.worlds, self.simulator = task, seed, worlds, simulator
+        self._noise = noise
         hand_names = sorted({each.hand for each in references})
         if len(hand_names) != 1:
             raise UserError(f"references: expected one hand model for all objects, found {', '.join(hand_names)}")
@@ -102,14 +100,13 @@ class Environment:
         self.objects: tuple[ObjectModel, ...] = tuple(load_object(name) for name in self.object_names)
         scenes = [Scene(self.hands, (each,), task.fixed_base, task.physics) for each in self.objects]
         counts = np.bincount(worlds.object_index, minlength=len(scenes)).tolist()
-        self.backend = simulator.backend
         self.simulation = make_simulation(
             simulator.backend, scenes, counts, thread_count=simulator.threads, device=simulator.device
         )
         self.state = self.simulation.state
         self.device = self.simulation.device
         self.world_count, self.hand_count = worlds.world_count, len(self.hands)
-        self._allocate(noise)
+        self._allocate()
         self._record_kernels()
 
     @property
@@ -119,7 +116,10 @@ class Environment:
 
     def repeat(self, count: int) -> "Environment":
         """An environment with every world so many times, side by side; its episodes start anew."""
-        return Environment(self.task, self.references, self.worlds.repeat(count), **self._options)
+        worlds = self.worlds.repeat(count)
+        return Environment(
+            self.task, self.references, worlds, seed=self.seed, noise=self._noise, simulator=self.simulator
+        )
 
     def reset(self, world_mask: wp.array | None = None) -> None:
         """Begin an episode in the worlds whose mask (int, [W]) is not zero, in all of them by default."""
@@ -191,14 +191,14 @@ class Environment:
         first = np.cumsum([0, *(len(each) for each in self.references)])
         return np.asarray(self.reference_index.numpy() - first[self.worlds.object_index])
 
-    def _allocate(self, noise: bool) -> None:
+    def _allocate(self) -> None:
         """The arrays and settings that kernels read and write."""
         task, device = self.task, self.device
         worlds, hands = self.world_count, self.hand_count
         self._hand_model = tables.hand_table(self.hands, device)
         self._object_model = tables.object_table(self.objects, self.worlds, device)
         self._references = tables.reference_table(self.references, task.hands, device)
-        self._reset_settings = tables.reset_settings(task.reset, noise)
+        self._reset_settings = tables.reset_settings(task.reset, self._noise)
         self._action_settings = tables.action_settings(task.action, task.reset)
         self._synergy_basis = tables.synergy_basis(task.action, task.hands, device)
         self._reward_weights = tables.reward_weights(task.reward)

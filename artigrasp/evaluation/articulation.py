@@ -87,7 +87,7 @@ def protocol_settings(environment: Environment) -> dict[str, object]:
         "hand": environment.hand_name,
         "hands": list(task.hands),
         "base": "fixed" if task.fixed_base else "free",
-        "backend": environment.backend,
+        "backend": environment.simulator.backend,
         "episode_steps": task.episode_steps,
         **to_dict(task.physics),
         **{name: importlib.metadata.version(name) for name in ("newton", "mujoco", "warp-lang")},

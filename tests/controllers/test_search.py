@@ -14,6 +14,7 @@ from artigrasp.environment.environment import Environment
 from artigrasp.environment.worlds import trial_worlds
 from artigrasp.kernels.layout import FEATURE_COUNT
 from artigrasp.tasks import get_task
+from tests.environment.examples import TWO_THREADS
 from tests.example_references import box_references
 
 QUICK = replace(get_task("right-fixed"), episode_steps=160)
@@ -24,7 +25,9 @@ def searched(rows: Sequence[int], seed: int = 0) -> tuple[SearchController, dict
     """Search for openings from some of the box's references, play the best, and say what was measured."""
     references = [box_references().select(indices=rows)]
     controller = SearchController(pd_ik_controller(QUICK), SETTINGS, seed=seed)
-    environment = Environment(controller.task, references, trial_worlds(references, [1.0]), noise=False, thread_count=2)
+    environment = Environment(
+        controller.task, references, trial_worlds(references, [1.0]), noise=False, simulator=TWO_THREADS
+    )
     steps: list[tuple[int, int]] = []
     run_episode(environment, controller, on_plan=lambda done, total: steps.append((done, total)))
     assert steps[0] == (0, 6 * 160) and steps[-1] == (6 * 160, 6 * 160)
@@ -54,7 +57,9 @@ def test_the_first_candidate_is_the_controller_itself(search: tuple[SearchContro
     controller, _ = search
     baseline = pd_ik_controller(QUICK)
     references = [box_references()]
-    environment = Environment(baseline.task, references, trial_worlds(references, [1.0]), noise=False, thread_count=2)
+    environment = Environment(
+        baseline.task, references, trial_worlds(references, [1.0]), noise=False, simulator=TWO_THREADS
+    )
     run_episode(environment, baseline)
     assert controller.found is not None
     np.testing.assert_array_equal(controller.found.angle_error[:, 0], environment.episode_summary()["angle_error"])
