@@ -7,6 +7,7 @@ from artigrasp.config.physics import PDGain, PDGains, PhysicsConfig
 from artigrasp.config.reset import ResetConfig
 from artigrasp.config.reward import RewardConfig
 from artigrasp.config.simulator import SimulatorConfig
+from artigrasp.config.stage import StageConfig
 from artigrasp.config.task import TaskConfig
 from artigrasp.config.task_file import read_task, write_task
 
@@ -20,6 +21,7 @@ __all__ = [
     "ResidualConfig",
     "RewardConfig",
     "SimulatorConfig",
+    "StageConfig",
     "SynergyConfig",
     "TaskConfig",
     "from_dict",

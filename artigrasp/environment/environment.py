@@ -98,7 +98,7 @@ class Environment:
         self.references = tuple(references)
         self.hands = tuple(load_hand(self.hand_name, side) for side in task.hands)
         self.objects: tuple[ObjectModel, ...] = tuple(load_object(name) for name in self.object_names)
-        scenes = [Scene(self.hands, (each,), task.fixed_base, task.physics) for each in self.objects]
+        scenes = [Scene(self.hands, (each,), task.fixed_base, task.physics, task.stage) for each in self.objects]
         counts = np.bincount(worlds.object_index, minlength=len(scenes)).tolist()
         self.simulation = make_simulation(
             simulator.backend, scenes, counts, thread_count=simulator.threads, device=simulator.device
