@@ -164,9 +164,8 @@ def joint_and_axis(dof: str) -> tuple[str, int]:
 def _add_stage(builder: newton.ModelBuilder, stage: StageConfig) -> int:
     """The stage as a box that does not move; its shape."""
     centre = wp.transform((*stage.position, 0.5 * stage.height), wp.quat_identity())
-    return builder.add_shape_box(
-        -1, xform=centre, hx=0.5 * stage.size[0], hy=0.5 * stage.size[1], hz=0.5 * stage.height, label=STAGE
-    )
+    half = (0.5 * stage.size[0], 0.5 * stage.size[1], 0.5 * stage.height)
+    return int(builder.add_shape_box(-1, xform=centre, hx=half[0], hy=half[1], hz=half[2], label=STAGE))
 
 
 def _add_asset(
