@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.controller import Controller, ZeroController, pd_ik_controller
 from artigrasp.errors import UserError
 from artigrasp.evaluation.articulation import ARTICULATION, GOAL_ANGLES, toward
@@ -30,7 +31,7 @@ def references() -> list[ReferenceSet]:
 
 def measured(controller: Controller, references: list[ReferenceSet], **options: Any) -> Evaluation[Any]:
     """Evaluate on two threads."""
-    return evaluate(controller, references, ARTICULATION, simulation={"thread_count": 2}, **options)
+    return evaluate(controller, references, ARTICULATION, simulator=SimulatorConfig(threads=2), **options)
 
 
 def test_the_goals_are_the_papers() -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.controller import Controller, ZeroController, pd_ik_controller
 from artigrasp.controllers.cross_entropy import CrossEntropySettings
 from artigrasp.controllers.search import SearchController
@@ -29,7 +30,7 @@ def measured(controller: Controller, world_count: int = 512, **options: Any) -> 
         ARTICULATION,
         split="train",
         world_count=world_count,
-        simulation={"thread_count": 2},
+        simulator=SimulatorConfig(threads=2),
         **options,
     )
 
