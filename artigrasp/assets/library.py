@@ -21,11 +21,11 @@ def packaged_root() -> Path:
 def import_root() -> Path:
     """The folder that imported data lands in.
 
-    ``$ARTIGRASP_ASSETS`` where it is set; else ``assets_usd/arctic`` of a source checkout, which git ignores; else the
-    user's data folder.
+    The first one of ``$ARTIGRASP_ASSETS`` where it is set; else ``assets_usd/arctic`` of a source checkout, which git
+    ignores; else the user's data folder.
     """
-    if chosen := os.environ.get("ARTIGRASP_ASSETS"):
-        return Path(chosen).expanduser().resolve()
+    if chosen := _chosen_roots():
+        return chosen[0]
     packaged = packaged_root()
     if (packaged.parent / "pyproject.toml").is_file():
         return packaged / "arctic"
@@ -33,8 +33,16 @@ def import_root() -> Path:
 
 
 def asset_roots() -> tuple[Path, ...]:
-    """The folders that hold ``hands/``, ``objects/`` and ``references/``, the first to be searched first."""
-    return import_root(), packaged_root()
+    """The folders that hold ``hands/``, ``objects/`` and ``references/``, the first to be searched first.
+
+    ``$ARTIGRASP_ASSETS`` may name several, separated as in ``$PATH``.
+    """
+    return (*(_chosen_roots() or (import_root(),)), packaged_root())
+
+
+def _chosen_roots() -> tuple[Path, ...]:
+    names = os.environ.get("ARTIGRASP_ASSETS", "").split(os.pathsep)
+    return tuple(Path(name).expanduser().resolve() for name in names if name)
 
 
 def list_assets(kind: AssetKind) -> list[str]:

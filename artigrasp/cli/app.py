@@ -18,7 +18,18 @@ from artigrasp.cli.output import results_only, show, show_columns
 from artigrasp.cli.progress import log_to_console
 from artigrasp.errors import UserError, unknown
 
-VERBS = ("demo", "list", "import-arctic", "check-asset", "train", "evaluate", "generate", "export-usd", "bench")
+VERBS = (
+    "demo",
+    "list",
+    "import-arctic",
+    "refine-references",
+    "check-asset",
+    "train",
+    "evaluate",
+    "generate",
+    "export-usd",
+    "bench",
+)
 """Every verb, in the order of the help text; the module of `check-asset` is ``check_asset``."""
 
 

@@ -4,10 +4,10 @@ from artigrasp.config.action import ActionConfig, ResidualConfig, SynergyConfig
 from artigrasp.config.learning import PPOConfig
 from artigrasp.config.parse import from_dict, to_dict
 from artigrasp.config.physics import PDGain, PDGains, PhysicsConfig
+from artigrasp.config.refinement import RefinementConfig
 from artigrasp.config.reset import ResetConfig
 from artigrasp.config.reward import RewardConfig
 from artigrasp.config.simulator import SimulatorConfig
-from artigrasp.config.stage import StageConfig
 from artigrasp.config.task import TaskConfig
 from artigrasp.config.task_file import read_task, write_task
 
@@ -17,11 +17,11 @@ __all__ = [
     "PDGains",
     "PPOConfig",
     "PhysicsConfig",
+    "RefinementConfig",
     "ResetConfig",
     "ResidualConfig",
     "RewardConfig",
     "SimulatorConfig",
-    "StageConfig",
     "SynergyConfig",
     "TaskConfig",
     "from_dict",

@@ -24,13 +24,14 @@ class PartMeshes:
     """The surfaces of the parts of objects on a device.
 
     Attributes:
+        device: Warp device.
         ids: Ids of the meshes by object and part, uint64, shape [object, 2].
     """
 
     def __init__(self, objects: Sequence[ObjectModel], device: str) -> None:
-        """Copy the surfaces to the device."""
+        """Copy the surfaces to a device."""
+        self.device = device
         self.ids = np.zeros((len(objects), len(PARTS)), np.uint64)
-        # A mesh lives as long as its Python object.
         self._meshes = []
         for index, model in enumerate(objects):
             for part, of in enumerate(model.parts):
@@ -77,8 +78,8 @@ class HandDistance:
     def __init__(
         self,
         hands: Sequence[HandModel],
-        mesh_ids: NDArray[np.uint64],
-        device: str,
+        meshes: PartMeshes,
+        object_index: NDArray[np.integer],
         *,
         points: Sequence[HandPoints] | None = None,
         reach: float = REACH,
@@ -88,21 +89,26 @@ class HandDistance:
 
         Args:
             hands: The hands of every world.
-            mesh_ids: Meshes of each world's object, rows of :class:`PartMeshes`, shape [world, 2].
-            device: Warp device.
+            meshes: The surfaces of the objects, on the device to use.
+            object_index: Each world's object among them, shape [world].
             points: Points of each hand; by default :func:`artigrasp.assets.hand_surface.core_points`.
             reach: How far to look for a surface [m].
             requires_grad: Whether to differentiate.
         """
-        self.device, self.reach = device, reach
-        world_count, hand_count = len(mesh_ids), len(hands)
+        device = self.device = meshes.device
+        self.reach = reach
+        world_count, hand_count = len(object_index), len(hands)
         self.points = points_table(points or [core_points(hand) for hand in hands], device)
         self.hands = states.hand_state(world_count, hand_count, device, requires_grad)
         self.hand_model = states.hand_model(hand_count, device)
         for name in ("link_offset", "tip_offset", "lower", "upper"):
             getattr(self.hand_model, name).assign(np.stack([getattr(hand, name) for hand in hands]).astype(np.float32))
-        self._mesh = wp.array(mesh_ids, dtype=wp.uint64, device=device)
-        self.part_pose = wp.zeros(mesh_ids.shape, dtype=wp.transform, device=device, requires_grad=requires_grad)
+        # A mesh lives as long as its Python object.
+        self._meshes = meshes
+        self._mesh = wp.array(meshes.ids[object_index], dtype=wp.uint64, device=device)
+        self.part_pose = wp.zeros(
+            (world_count, len(PARTS)), dtype=wp.transform, device=device, requires_grad=requires_grad
+        )
         shape = (world_count, *self.points.radius.shape)
         self.position = wp.zeros(shape, dtype=wp.vec3, device=device, requires_grad=requires_grad)
         shape = (*shape, len(PARTS))
@@ -177,7 +183,7 @@ def link_distances(
     result = np.zeros((count, len(hands), LINK_COUNT, len(PARTS)), np.float32)
     bounds = [*range(0, count, BATCH), count]
     for start, end in pairwise(bounds):
-        distance = HandDistance(hands, np.repeat(meshes.ids, end - start, axis=0), device, reach=reach)
+        distance = HandDistance(hands, meshes, np.zeros(end - start, int), reach=reach)
         # With the base at the wrist itself, the six wrist coordinates are zero.
         joint_q = np.zeros((end - start, len(hands), DOF_COUNT), np.float32)
         joint_q[:, :, WRIST_DOF_COUNT:] = finger_angles[start:end]

@@ -5,7 +5,7 @@ All references of an object live in one file, ``references/<object>.npz``.
 
 import importlib.metadata
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Self
@@ -150,6 +150,14 @@ class ReferenceSet:
                 raise UserError(f"{chosen}: expected indices from 0 to {len(rows) - 1}, found {outside[0]}")
             rows = rows[wanted]
         return replace(self, **{name: getattr(self, name)[rows] for name in (*_SHAPES, *_POSES)})
+
+
+def join_references(sets: Sequence[ReferenceSet]) -> ReferenceSet:
+    """All references of some sets of one object and hand, set after set."""
+    columns: dict[str, Any] = {
+        name: np.concatenate([getattr(each, name) for each in sets]) for name in (*_SHAPES, *_POSES)
+    }
+    return replace(sets[0], **columns)
 
 
 def load_references(object_name: str) -> ReferenceSet:

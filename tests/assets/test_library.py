@@ -1,5 +1,6 @@
 """Where assets are found and where imports land."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,20 @@ def test_users_assets_come_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     (tmp_path / "hands" / ".half.usda").write_text("")
     assert find_asset("hands", "open_left") == own
     assert list_assets("hands") == ["open_left", "open_right"]
+
+
+def test_several_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are searched in their order, and imports land in the first."""
+    folders = [tmp_path / "first", tmp_path / "second"]
+    monkeypatch.setenv("ARTIGRASP_ASSETS", os.pathsep.join(map(str, folders)))
+    assert import_root() == folders[0]
+    assert asset_roots() == (*folders, packaged_root())
+    for folder in folders:
+        (folder / "hands").mkdir(parents=True)
+    (folders[1] / "hands" / "open_left.usda").write_text("")
+    assert find_asset("hands", "open_left") == folders[1] / "hands" / "open_left.usda"
+    (folders[0] / "hands" / "open_left.usda").write_text("")
+    assert find_asset("hands", "open_left") == folders[0] / "hands" / "open_left.usda"
 
 
 def test_checkout_imports_into_its_ignored_folder(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -68,7 +68,7 @@ def meshes() -> PartMeshes:
 def test_values_and_gradients(meshes: PartMeshes) -> None:
     """Both hands and both parts: distances, and their gradient by every joint coordinate."""
     joint_q, base, angle = example()
-    distance = HandDistance(HAND_MODELS, np.repeat(meshes.ids, WORLDS, axis=0), "cpu", requires_grad=True)
+    distance = HandDistance(HAND_MODELS, meshes, np.zeros(WORLDS, int), requires_grad=True)
     fill(distance, joint_q, base, angle)
     with wp.Tape() as tape:
         distance.launch()
@@ -95,7 +95,7 @@ def test_values_and_gradients(meshes: PartMeshes) -> None:
 def test_links_by_their_nearest_ball(meshes: PartMeshes) -> None:
     """A link is as far as its nearest ball, and `nearest` says which that is."""
     joint_q, base, angle = example(2)
-    distance = HandDistance(HAND_MODELS, np.repeat(meshes.ids, WORLDS, axis=0), "cpu")
+    distance = HandDistance(HAND_MODELS, meshes, np.zeros(WORLDS, int))
     fill(distance, joint_q, base, angle).launch()
     balls, of_links = distance.distance.numpy(), distance.link_distance.numpy()
     for hand, model in enumerate(HAND_MODELS):

@@ -1,0 +1,240 @@
+"""Refinement of noisy references: fingers out of the object and onto it, everything else as it was.
+
+A pose is changed by gradient descent on a sum of terms, for all references of an object at once: Warp measures how far
+the hands' surface is from the object and takes gradients back through that and forward kinematics; PyTorch has the
+terms and the optimiser. The object is at its initial hinge angle, the one at which simulated hands meet it.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+import warp as wp
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from artigrasp.assets.hand import HandModel
+from artigrasp.assets.hand_model import MIRROR_ROTATION
+from artigrasp.assets.object import ObjectModel
+from artigrasp.config import RefinementConfig, to_dict
+from artigrasp.kernels.layout import ARTICULATED, DOF_COUNT, FINGER_DOF_COUNT, HANDS, WRIST_DOF_COUNT
+from artigrasp.references.hand_distance import HandDistance, pose_parts_in_base
+from artigrasp.references.natural_pose import NaturalPose
+from artigrasp.references.quality import articulates, compose_poses, invert_poses, pose_references, wrist_in_base
+from artigrasp.references.reference import ReferenceSet, describe_provenance, join_references
+
+STEP = torch.tensor([*[0.001] * 3, *[0.01] * (DOF_COUNT - 3)])
+"""Size of the optimiser's first steps in each joint coordinate [m, rad]; they shrink to nothing."""
+DISTURBANCE = 10.0
+"""Standard deviation of disturbed starts, in such steps: 1 cm and 0.1 rad."""
+SOURCE = ", refined"
+"""What is added to the source of a refined reference; the file's provenance has the settings."""
+REFINED = "-refined"
+"""What the splits of refined references are called after the split that they came from."""
+
+
+@dataclass(frozen=True, eq=False)
+class Refinement:
+    """What became of R references.
+
+    Attributes:
+        references: The refined ones, in the same order.
+        start_energy: What the optimiser made small, before, shape (R,).
+        end_energy: The same afterwards, never larger, shape (R,).
+        moved: How far the wrists of active hands moved, the farthest one of each reference [m], shape (R,).
+        turned: How far they turned, likewise [rad], shape (R,).
+        bent: Root mean square change of the finger angles of active hands [rad], shape (R,).
+    """
+
+    references: ReferenceSet
+    start_energy: NDArray[np.float64]
+    end_energy: NDArray[np.float64]
+    moved: NDArray[np.float64]
+    turned: NDArray[np.float64]
+    bent: NDArray[np.float64]
+
+
+def refine_references(
+    references: ReferenceSet,
+    model: ObjectModel,
+    hands: tuple[HandModel, HandModel],
+    natural: NaturalPose,
+    config: RefinementConfig | None = None,
+    *,
+    device: str = "cpu",
+    on_iteration: Callable[[int], None] = lambda iteration: None,
+) -> Refinement:
+    """Refine the active hands of all references of an object; the same input gives the same result.
+
+    Args:
+        references: The references.
+        model: Their object.
+        hands: Left and right hand.
+        natural: Which finger angles are natural.
+        config: Weights and scales; the defaults of the class by default.
+        device: Warp device.
+        on_iteration: Called with the iterations done, for progress.
+    """
+    config = config or RefinementConfig()
+    count = len(references)
+    tried = references.select(indices=np.tile(np.arange(count), config.starts))
+    posed = pose_references(tried, model, hands, device, requires_grad=True)
+    energy = Energy(tried, hands, natural, config, posed)
+    joint_q = wp.to_torch(posed.hands.joint_q, requires_grad=False)
+    start = joint_q.clone()
+    active = torch.as_tensor(tried.active, device=joint_q.device)[..., None]
+    step = STEP.to(joint_q.device) * active
+    disturbances = torch.randn(joint_q.shape, generator=torch.Generator().manual_seed(config.seed))
+    disturbances[:count] = 0.0
+    change = (DISTURBANCE * disturbances).to(joint_q.device).requires_grad_()
+    optimizer = torch.optim.Adam([change], lr=1.0)
+    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, config.iterations)
+    best, least = start.clone(), torch.full((len(tried),), torch.inf, device=joint_q.device)
+    for iteration in range(config.iterations + 1):
+        joint_q.copy_(start + step * change.detach())
+        value, gradient = energy.evaluate()
+        if iteration == 0:
+            start_energy = value[:count]
+        better = value < least
+        best[better], least[better] = joint_q[better], value[better]
+        if iteration < config.iterations:
+            change.grad = gradient * step
+            optimizer.step()
+            schedule.step()
+            on_iteration(iteration + 1)
+    least, winner = least.reshape(config.starts, count).min(dim=0)
+    best = best[winner * count + torch.arange(count, device=winner.device)]
+    return _result(references, model, start[:count], best, start_energy, least)
+
+
+class Energy:
+    """The sum of terms of every reference, as a function of the joint coordinates that ``posed`` has.
+
+    Args:
+        references: R references.
+        hands: Left and right hand.
+        natural: Which finger angles are natural.
+        config: Weights and scales.
+        posed: The references around their object, as of :func:`artigrasp.references.quality.pose_references`.
+    """
+
+    def __init__(
+        self,
+        references: ReferenceSet,
+        hands: tuple[HandModel, HandModel],
+        natural: NaturalPose,
+        config: RefinementConfig,
+        posed: HandDistance,
+    ) -> None:
+        self._config, self._posed = config, posed
+        self._start = wp.to_torch(posed.hands.joint_q, requires_grad=False).clone()
+        device = self._start.device
+
+        def tensor(values: NDArray[np.generic]) -> torch.Tensor:
+            kind = torch.float32 if values.dtype.kind == "f" else None
+            return torch.as_tensor(values, dtype=kind, device=device)
+
+        self._wanted = tensor(references.contacts & references.active[:, :, None])
+        self._articulates = tensor(articulates(references))[:, :, None]
+        self._active = tensor(references.active)[:, :, None]
+        self._lower, self._upper = (
+            tensor(np.stack([getattr(hand, name) for hand in hands])[:, WRIST_DOF_COUNT:])
+            for name in ("lower", "upper")
+        )
+        mirrored = np.tile(MIRROR_ROTATION, FINGER_DOF_COUNT // 3)
+        self._to_right = tensor(np.stack([mirrored if side == "left" else np.ones_like(mirrored) for side in HANDS]))
+        self._mean, self._whitening = tensor(natural.mean), tensor(natural.whitening)
+
+    def evaluate(self) -> tuple[torch.Tensor, torch.Tensor]:
+        """The energy of every reference [R], and its gradient by the joint coordinates [R, 2, 51]."""
+        posed = self._posed
+        with wp.Tape() as tape:
+            posed.launch()
+        distance = wp.to_torch(posed.distance, requires_grad=False).clone().requires_grad_()
+        joint_q = wp.to_torch(posed.hands.joint_q, requires_grad=False).clone().requires_grad_()
+        energy = self._of_contacts(distance) + self._of_pose(joint_q)
+        gradient, of_distance = torch.autograd.grad(energy.sum(), (joint_q, distance))
+        tape.backward(grads={posed.distance: wp.from_torch(of_distance.contiguous())})
+        gradient = gradient + wp.to_torch(posed.hands.joint_q.grad)
+        tape.zero()
+        return energy.detach(), gradient
+
+    def _of_contacts(self, distance: torch.Tensor) -> torch.Tensor:
+        """Of the signed distances of the hands' surface from the parts [R, 2, P, 2]."""
+        config = self._config
+        depth = torch.relu(-distance - config.penetration_allowed) / config.penetration_scale
+        penetration = (depth**2).sum(dim=(1, 2, 3))
+        of_link = distance.gather(2, wp.to_torch(self._posed.nearest).long())
+        to_target = torch.where(self._articulates, of_link[..., ARTICULATED], of_link.amin(dim=3))
+        error = torch.relu(to_target) / config.contact_scale
+        contact = torch.where(error < 1, error**2, 2 * error - 1)
+        total: torch.Tensor = config.penetration * penetration + config.contact * (contact * self._wanted).sum(
+            dim=(1, 2)
+        )
+        return total
+
+    def _of_pose(self, joint_q: torch.Tensor) -> torch.Tensor:
+        """Of the joint coordinates [R, 2, 51], of which the first six are the change of the wrist."""
+        config = self._config
+        fingers = joint_q[..., WRIST_DOF_COUNT:]
+        excess = torch.relu(fingers - self._upper) + torch.relu(self._lower - fingers)
+        natural = (fingers * self._to_right - self._mean) @ self._whitening.T
+        change = joint_q - self._start
+        stay = (change[..., :3] / config.stay_position).square().sum(dim=2)
+        stay = stay + (change[..., 3:WRIST_DOF_COUNT] / config.stay_rotation).square().sum(dim=2)
+        stay = stay + (change[..., WRIST_DOF_COUNT:] / config.stay_fingers).square().sum(dim=2)
+        terms = (
+            config.limits * (excess / config.limits_scale).square().sum(dim=2)
+            + config.natural * natural.square().sum(dim=2)
+            + config.stay * stay
+        )
+        total: torch.Tensor = (terms * self._active[..., 0]).sum(dim=1)
+        return total
+
+
+def _result(
+    references: ReferenceSet,
+    model: ObjectModel,
+    start: torch.Tensor,
+    end: torch.Tensor,
+    start_energy: torch.Tensor,
+    end_energy: torch.Tensor,
+) -> Refinement:
+    before, after = (values.cpu().numpy().astype(np.float64) for values in (start, end))
+    active = references.active
+    turn = Rotation.from_euler("XYZ", after[..., 3:WRIST_DOF_COUNT].reshape(-1, 3))
+    offset = np.concatenate([after[..., :3], turn.as_quat().reshape(*active.shape, 4)], axis=-1)
+    parts = pose_parts_in_base(model, references.object_angle)
+    part_of_hand = np.take_along_axis(parts, references.part[:, :, None], axis=1)
+    wrist = compose_poses(invert_poses(part_of_hand), compose_poses(wrist_in_base(references, parts), offset))
+    refined = replace(
+        references,
+        # Hands that take no part keep their very numbers.
+        wrist_pose_in_part=np.where(active[..., None], wrist, references.wrist_pose_in_part),
+        finger_angles=np.where(active[..., None], after[..., WRIST_DOF_COUNT:], references.finger_angles),
+        split=np.array([f"{split}{REFINED}" for split in references.split]),
+        source=np.array([f"{source}{SOURCE}" for source in references.source]),
+    )
+    bent = (after - before)[..., WRIST_DOF_COUNT:] ** 2 * active[..., None]
+    return Refinement(
+        references=refined,
+        start_energy=start_energy.cpu().numpy().astype(np.float64),
+        end_energy=end_energy.cpu().numpy().astype(np.float64),
+        moved=(np.linalg.norm(after[..., :3], axis=-1) * active).max(axis=1),
+        turned=(turn.magnitude().reshape(active.shape) * active).max(axis=1),
+        bent=np.sqrt(bent.sum(axis=(1, 2)) / (FINGER_DOF_COUNT * active.sum(axis=1))),
+    )
+
+
+def with_refined(references: ReferenceSet, refined: ReferenceSet, config: RefinementConfig) -> ReferenceSet:
+    """A set with refined references in place of those that their splits held before, and how they were made."""
+    kept = np.flatnonzero(~np.isin(references.split, refined.split))
+    made = {"splits": sorted(set(refined.split.tolist())), "settings": to_dict(config), "of": references.provenance}
+    provenance = describe_provenance("refine-references", **made)
+    return replace(join_references([references.select(indices=kept), refined]), provenance=provenance)
+
+
+def is_refined(split: str) -> bool:
+    """Whether a split holds refined references."""
+    return str(split).endswith(REFINED)
