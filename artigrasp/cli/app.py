@@ -27,6 +27,7 @@ VERBS = (
     "train",
     "evaluate",
     "generate",
+    "render",
     "export-usd",
     "bench",
 )

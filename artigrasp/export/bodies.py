@@ -1,17 +1,19 @@
 """What a motion shows: rigid bodies with a surface, a colour and a path through time."""
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from artigrasp.assets.hand import HandModel, load_hand
 from artigrasp.assets.object import ObjectModel, load_object
 from artigrasp.export.surface import Surface, link_surface, mesh_surface
-from artigrasp.kernels.layout import LINK_COUNT, LINKS, PARTS
+from artigrasp.kernels.layout import ARTICULATED, LINK_COUNT, LINKS, PARTS
 from artigrasp.motion.file import Motion
-from artigrasp.motion.kinematics import link_poses, part_poses
+from artigrasp.motion.kinematics import link_poses, part_poses, pose_object
 
 Colour = tuple[float, float, float]
 
@@ -61,3 +63,22 @@ def object_bodies(motion: Motion, object: ObjectModel) -> tuple[Body, ...]:
         Body(name, mesh_surface(part.vertices, part.faces), part.colour, poses[:, index])
         for index, (name, part) in enumerate(zip(PARTS, object.parts, strict=True))
     )
+
+
+def target_ghost(motion: Motion, object: ObjectModel) -> Body:
+    """The articulated part as it would be at the target angle, on the base, wherever that goes."""
+    poses = pose_object(motion.object_pose, np.full(len(motion.time), motion.target_angle, np.float32), object)
+    part = object.parts[ARTICULATED]
+    return Body("target", mesh_surface(part.vertices, part.faces), part.colour, poses[:, ARTICULATED])
+
+
+def box_corners(bodies: Sequence[Body], samples: NDArray[np.integer]) -> NDArray[np.float64]:
+    """Corners of the boxes around N bodies, along the axes of their frames, world [m], shape ``[T, 8 N, 3]``."""
+    seen = []
+    for body in bodies:
+        bounds = np.stack([body.surface.vertices.min(axis=0), body.surface.vertices.max(axis=0)], axis=1)
+        corners = np.array(list(itertools.product(*bounds)))
+        poses = body.poses[samples]
+        turn = Rotation.from_quat(poses[:, 3:]).as_matrix()
+        seen.append(np.einsum("tij,cj->tci", turn, corners) + poses[:, None, :3])
+    return np.concatenate(seen, axis=1)

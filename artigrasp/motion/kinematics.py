@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.object import ObjectModel
@@ -13,6 +14,7 @@ from artigrasp.kernels.kinematics import forward_kinematics
 from artigrasp.kernels.layout import DOF_COUNT, PARTS, WRIST_DOF_COUNT
 from artigrasp.kernels.parts import pose_parts
 from artigrasp.motion.file import Motion, MotionReference
+from artigrasp.references.reference import ReferenceSet
 
 _DEVICE = "cpu"
 
@@ -47,6 +49,33 @@ def reference_link_poses(reference: MotionReference, hands: Sequence[HandModel])
     joint_q[0, :, WRIST_DOF_COUNT:] = reference.finger_angles
     poses: NDArray[np.float32] = _link_poses(reference.wrist_pose_in_part[None], joint_q, hands)[0]
     return poses
+
+
+def posed_references(
+    references: ReferenceSet, hands: Sequence[HandModel], object: ObjectModel
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Poses of all hand links and both object parts in R references, the object where each of them begins.
+
+    Args:
+        references: The references.
+        hands: The model of each hand.
+        object: The model of their object.
+
+    Returns:
+        Link frames, shape ``[R, 2, 16, 7]``, and part frames, shape ``[R, 2, 7]``, in the world: position [m],
+        quaternion xyzw.
+    """
+    parts = pose_object(references.object_pose, references.object_angle, object)
+    of_hands = np.take_along_axis(parts, references.part[:, :, None].astype(np.int64), axis=1)
+    turn = Rotation.from_quat(of_hands[..., 3:].reshape(-1, 4))
+    wrists = references.wrist_pose_in_part.reshape(-1, 7)
+    positions = turn.apply(wrists[:, :3]) + of_hands[..., :3].reshape(-1, 3)
+    orientations = (turn * Rotation.from_quat(wrists[:, 3:])).as_quat()
+    # With the base at the wrist itself, the six wrist coordinates are zero.
+    joint_q = np.zeros((len(references), len(hands), DOF_COUNT), np.float32)
+    joint_q[..., WRIST_DOF_COUNT:] = references.finger_angles
+    bases = np.concatenate([positions, orientations], axis=1).astype(np.float32).reshape(len(references), len(hands), 7)
+    return _link_poses(bases, joint_q, hands), parts
 
 
 def part_poses(motion: Motion, object: ObjectModel) -> NDArray[np.float32]:

@@ -2,17 +2,21 @@
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import imageio.v2 as imageio
 import numpy as np
 import pytest
 import trimesh
+from PIL import Image
 
 from artigrasp.errors import UserError
-from artigrasp.export.camera import View, three_quarter_view
-from artigrasp.export.picture import PAPER, caption, render_filmstrip, render_frame, render_video
-from artigrasp.export.raycaster import render_surface
-from artigrasp.export.surface import mesh_surface
+from artigrasp.export.bodies import hand_bodies, load_models
+from artigrasp.export.camera import CAMERAS, View, look_at
+from artigrasp.export.lettering import PAPER
+from artigrasp.export.picture import MotionPictures, Style, caption, render_filmstrip, render_frame, render_video
+from artigrasp.export.raycaster import render_surface, visibility
+from artigrasp.export.surface import Surface, mesh_surface
 from artigrasp.motion.file import Motion
 from tests.motion.example import example_motion
 
@@ -44,32 +48,21 @@ def pixel(view: View, point: np.ndarray, width: int, height: int) -> tuple[int, 
     return int((1 - along) / 2 * height), int((1 + across) / 2 * width)
 
 
-@pytest.mark.parametrize("aspect", [0.7, 1.0, 2.5])
-def test_view_holds_all_points(aspect: float) -> None:
-    """All points are within the image, and it is no larger than it must be."""
-    points = np.random.default_rng(0).normal(size=(200, 3)) * [0.1, 0.3, 0.2] + [1, -2, 0.5]
-    view = three_quarter_view(points, np.array([0.0, -1, 0]), aspect)
-    offset = points - view.position
-    depth = offset @ view.forward
-    across = [offset @ axis / (axis @ axis) / depth for axis in (view.right, view.up)]
-    assert (depth > 0).all()
-    assert 0.85 < np.abs(across).max() <= 1
-    assert view.position[2] > points[:, 2].mean() and view.position[1] < points[:, 1].mean()
+def box_on_floor() -> Surface:
+    """A cube of 10 cm on the floor."""
+    box = trimesh.creation.box((0.1, 0.1, 0.1))
+    box.apply_translation((0, 0, 0.05))
+    return mesh_surface(box.vertices, box.faces)
 
 
-def test_view_of_points_seen_from_above_has_a_front() -> None:
-    """Hands right above the object leave the front open; a default is taken."""
-    view = three_quarter_view(np.eye(3), np.array([0.0, 0.0, 1.0]), 1.0)
-    assert np.isfinite([view.position, view.forward, view.right, view.up, view.sun]).all()
+GROUND = np.array([[x, y, 0.0] for x in (-0.4, 0.4) for y in (-0.4, 0.4)])
+FRONT = (np.radians(-40.0), np.radians(28.0))
 
 
 def test_a_lit_body_stands_on_the_floor() -> None:
     """The middle of the image has the body's colour, its borders are plain, and the floor beside it is in shadow."""
-    box = trimesh.creation.box((0.1, 0.1, 0.1))
-    box.apply_translation((0, 0, 0.05))
-    surface = mesh_surface(box.vertices, box.faces)
-    ground = np.array([[x, y, 0.0] for x in (-0.4, 0.4) for y in (-0.4, 0.4)])
-    view = three_quarter_view(np.concatenate([ground, box.vertices]), np.array([0.0, -1, 0]), 1.5)
+    surface = box_on_floor()
+    view = look_at(np.concatenate([GROUND, surface.vertices]), FRONT, 1.5)
     image = render_surface(surface, np.broadcast_to(RED, (12, 3)), view, width=90, height=60)
     red, green, blue = image[30, 45].astype(int)
     assert red > 2 * green and red > 2 * blue
@@ -82,9 +75,74 @@ def test_a_lit_body_stands_on_the_floor() -> None:
     )
 
 
+def test_a_transparent_background_keeps_the_shadow() -> None:
+    """The body is opaque and has its colour, the floor is clear, and its shadow is black and partly there."""
+    surface = box_on_floor()
+    view = look_at(np.concatenate([GROUND, surface.vertices]), FRONT, 1.5)
+    colours = np.broadcast_to(RED, (12, 3))
+    opaque = render_surface(surface, colours, view, width=90, height=60)
+    clear = render_surface(surface, colours, view, width=90, height=60, transparent=True)
+    assert clear.shape == (60, 90, 4)
+    assert clear[30, 45, 3] == 255 and (clear[30, 45, :3] == opaque[30, 45]).all()
+    assert clear[0, 0, 3] <= 2
+    away_from_sun = -0.09 * view.sun[:2] / np.linalg.norm(view.sun[:2])
+    shadow = clear[pixel(view, np.append(away_from_sun, 0), 90, 60)]
+    assert (shadow[:3] == 0).all() and 60 < shadow[3] < 250
+
+
+def test_a_ghost_is_seen_through() -> None:
+    """In front of the body, a ghost changes its colour towards its own but leaves its shading; behind, it is hidden."""
+    surface = box_on_floor()
+    view = look_at(np.concatenate([GROUND, surface.vertices]), FRONT, 1.5)
+    before, behind = (
+        Surface(surface.vertices - sign * 0.3 * view.forward, surface.faces, surface.corner_normals) for sign in (1, -1)
+    )
+    colours = np.broadcast_to(RED, (12, 3))
+    plain, through, hidden = (
+        render_surface(surface, colours, view, width=90, height=60, ghost=ghost)[30, 45].astype(int)
+        for ghost in (None, before, behind)
+    )
+    assert (hidden == plain).all()
+    assert through[0] < plain[0] - 10 and through[1] > plain[1] + 10
+
+
+def test_visibility_is_the_slant_of_what_is_not_hidden() -> None:
+    """Seen from straight above: the top of the cube squarely, its sides not at all, a plate below it not either.
+
+    From between above and the right all three are seen aslant.
+    """
+    cube = box_on_floor()
+    points = np.array([[0.02, 0.01, 0.1], [0.05, 0.01, 0.05], [0, 0, -0.1]])
+    normals = np.array([[0.0, 0, 1], [1, 0, 0], [0, 0, 1]])
+    directions = np.array([[0.0, 0, 1], [np.sqrt(0.5), 0, np.sqrt(0.5)]])
+    np.testing.assert_allclose(
+        visibility(cube, points, normals, directions), [[1, 0, 0], np.full(3, np.sqrt(0.5))], atol=1e-6
+    )
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_hands_are_where_kinematics_say(camera: str) -> None:
+    """Through every camera, each part of the hand that nothing hides is seen where forward kinematics have it."""
+    motion = opening_motion()
+    samples = np.array([0, 5, 10])
+    style = Style(camera=camera, width=200, height=200, caption=False, grid=1)
+    pictures = MotionPictures(motion, samples, style)
+    links = hand_bodies(motion, load_models(motion)[0])[0]
+    seen = 0
+    for index in (0, 2):
+        image = pictures.render(index)
+        for link in links:
+            middle = link.poses[samples[index], :3]
+            row, column = pixel(pictures.views[index], middle, 200, 200)
+            assert 0 <= row < 200 and 0 <= column < 200
+            red, _, blue = image[row, column].astype(int)
+            seen += red > blue + 25
+    assert seen > 0.75 * 2 * len(links)
+
+
 def test_filmstrip_shows_the_whole_motion(tmp_path: Path) -> None:
     """The strip has its size, every frame shows something, and nothing touches the upper border."""
-    render_filmstrip(opening_motion(), tmp_path / "strip.png", frame_count=3, width=360, height=120)
+    render_filmstrip(opening_motion(), tmp_path / "strip.png", frame_count=3, style=Style(width=120, height=120))
     image = imageio.imread(tmp_path / "strip.png")
     assert image.shape == (120, 360, 3)
     assert paper_like(image[0]).all()
@@ -96,16 +154,45 @@ def test_filmstrip_shows_the_whole_motion(tmp_path: Path) -> None:
 def test_frame_and_video(tmp_path: Path) -> None:
     """A picture and a video have the size, and the video the length, that were asked for."""
     motion = opening_motion()
-    render_frame(motion, tmp_path / "frame.png", width=80, height=60)
+    style = Style(width=80, height=60, grid=1)
+    render_frame(motion, tmp_path / "frame.png", style=style)
     assert imageio.imread(tmp_path / "frame.png").shape == (60, 80, 3)
     seen: list[tuple[int, int]] = []
-    render_video(
-        motion, tmp_path / "motion.mp4", rate=5, width=80, height=60, progress=lambda *counts: seen.append(counts)
-    )
+    render_video(motion, tmp_path / "motion.mp4", rate=5, style=style, progress=lambda *counts: seen.append(counts))
     assert seen == [(k, 6) for k in range(1, 7)]
     with imageio.get_reader(tmp_path / "motion.mp4") as video:
         assert video.count_frames() == 6 and video.get_data(0).shape == (60, 80, 3)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["frame.png", "motion.mp4"]
+
+
+def test_animations_keep_time_and_can_be_transparent(tmp_path: Path) -> None:
+    """An animated WebP has clear corners and an opaque box in every frame; a GIF lasts as long as the motion."""
+    motion = opening_motion()
+    render_video(
+        motion, tmp_path / "a.webp", rate=4, style=Style(width=80, height=60, caption=False, transparent=True, grid=1)
+    )
+    with Image.open(tmp_path / "a.webp") as animation:
+        assert animation.n_frames == 5
+        for frame in range(5):
+            animation.seek(frame)
+            opacity = np.asarray(animation.convert("RGBA"))[..., 3]
+            assert opacity[0, 0] <= 3 and opacity.max() == 255
+    render_video(motion, tmp_path / "a.gif", rate=30, style=Style(width=32, height=32, caption=False, grid=1))
+    with Image.open(tmp_path / "a.gif") as animation:
+        total = 0
+        for frame in range(animation.n_frames):
+            animation.seek(frame)
+            total += animation.info["duration"]
+    assert 1000 <= total <= 1060
+
+
+def test_strip_in_rows(tmp_path: Path) -> None:
+    """Five frames in rows of two leave the last place empty: clear in a transparent strip."""
+    style = Style(width=40, height=48, caption=False, transparent=True, grid=1)
+    render_filmstrip(opening_motion(), tmp_path / "strip.png", frame_count=5, columns=2, style=style)
+    image = imageio.imread(tmp_path / "strip.png")
+    assert image.shape == (3 * 48, 80, 4)
+    assert (image[96:, 40:, 3] == 0).all() and image[96:, :40, 3].max() == 255
 
 
 def test_caption_bar_grows_with_the_angle() -> None:
@@ -118,6 +205,39 @@ def test_caption_bar_grows_with_the_angle() -> None:
     assert filled[0] == 0
     assert filled[2] == pytest.approx(252 / 1.15 * 1.0 / 1.25, abs=4)
     assert filled[1] == pytest.approx(filled[2] / 2, abs=4)
+
+
+@pytest.mark.parametrize(
+    ("name", "style", "message"),
+    [
+        ("a.png", {}, "expected a name that ends in .mp4 or .gif or .webp"),
+        ("a.mp4", {"transparent": True}, "expected a transparent picture that ends in .webp"),
+        ("a.mp4", {"width": 81}, "expected an even width and height for a video, found 81 and 60"),
+        ("a.mp4", {"width": 8}, "width: expected 16 to 8192 pixels, found 8"),
+        ("a.mp4", {"grid": 0}, "grid: expected 1 to 8 samples each way, found 0"),
+        ("a.mp4", {"camera": "topp"}, "unknown camera 'topp': did you mean 'top'"),
+    ],
+)
+def test_videos_that_cannot_be(tmp_path: Path, name: str, style: dict[str, Any], message: str) -> None:
+    """Suffixes, sizes and cameras that cannot be are the user's mistake, and nothing is written."""
+    with pytest.raises(UserError, match=message):
+        render_video(opening_motion(), tmp_path / name, style=Style(**{"width": 80, "height": 60} | style))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_video_that_breaks_off_leaves_nothing(tmp_path: Path) -> None:
+    """An error between two frames leaves neither half a video nor a temporary file, and an older video as it was."""
+
+    def stop(done: int, total: int) -> None:
+        if done == 2:
+            raise KeyboardInterrupt
+
+    for suffix in ("mp4", "gif"):
+        (tmp_path / f"a.{suffix}").write_text("older")
+        with pytest.raises(KeyboardInterrupt):
+            render_video(opening_motion(), tmp_path / f"a.{suffix}", style=Style(width=32, height=32), progress=stop)
+        assert (tmp_path / f"a.{suffix}").read_text() == "older"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.gif", "a.mp4"]
 
 
 def test_unknown_kinds_are_refused(tmp_path: Path) -> None:
