@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from artigrasp.controllers.library import load_controller
     from artigrasp.environment.make import make_environment
     from artigrasp.errors import UserError
-    from artigrasp.evaluation.articulation import evaluate_articulation
+    from artigrasp.evaluation.evaluate import evaluate
     from artigrasp.export.usd import export_usd
     from artigrasp.motion.file import load_motion, save_motion
     from artigrasp.motion.generate import generate
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 __all__ = [
     "SimulatorConfig",
     "UserError",
-    "evaluate_articulation",
+    "evaluate",
     "export_usd",
     "generate",
     "get_task",
@@ -46,7 +46,7 @@ __all__ = [
 _HOMES = {
     "SimulatorConfig": "artigrasp.config",
     "UserError": "artigrasp.errors",
-    "evaluate_articulation": "artigrasp.evaluation.articulation",
+    "evaluate": "artigrasp.evaluation.evaluate",
     "export_usd": "artigrasp.export.usd",
     "generate": "artigrasp.motion.generate",
     "get_task": "artigrasp.tasks",

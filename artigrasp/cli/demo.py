@@ -47,7 +47,8 @@ def run(options: Options) -> int:
 
     from artigrasp.controllers.controller import pd_ik_controller
     from artigrasp.controllers.library import load_controller
-    from artigrasp.evaluation.articulation import evaluate_articulation
+    from artigrasp.evaluation.articulation import ARTICULATION
+    from artigrasp.evaluation.evaluate import evaluate
     from artigrasp.evaluation.report import metrics_dict, metrics_table, write_report
     from artigrasp.export.picture import render_filmstrip
     from artigrasp.export.usd import export_usd
@@ -79,13 +80,14 @@ def run(options: Options) -> int:
     for each in (controller, pd_ik_controller(controller.task)):
         with progress_bar(f"Measuring {each.name}", hidden=options.json) as progress:
             evaluations.append(
-                evaluate_articulation(
+                evaluate(
                     each,
                     [references],
+                    ARTICULATION,
                     split="test",
                     policy=policy.name if each is controller else None,
                     simulator=options.simulator,
-                    on_step=lambda step: progress("", step, steps),
+                    on_trial=lambda done, total: progress("", int(done), total),
                 )
             )
     write_report(evaluations, paths["evaluation"])

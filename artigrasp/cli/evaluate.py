@@ -1,8 +1,10 @@
 """`artigrasp evaluate`: measure controllers by the paper's protocols."""
 
-from dataclasses import dataclass
+import os
+import shutil
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import tyro
 
@@ -11,37 +13,54 @@ from artigrasp.cli.policies import find_policy, played_task
 from artigrasp.cli.progress import progress_bar
 from artigrasp.cli.warp_start import start_warp
 from artigrasp.config import SimulatorConfig
+from artigrasp.errors import UserError
 from artigrasp.files import check_target
+
+CHUNKS = "chunks"
+"""Folder of an unfinished evaluation's chunks."""
 
 
 @dataclass(frozen=True)
 class Options:
     """Measure a controller on every reference of a split.
 
-    Writes metrics.json, trials.csv (one row per trial), metrics.md and success.png; with baselines, theirs go to
-    subfolders and the table and the plot compare them. Every figure has its trial count and 95 % interval. The
-    protocols are `paper` (the paper's text), `released` (the authors' scripts) and `strict` (the base must stay where
-    it is).
+    Protocols: articulation plays every reference toward .5, .75, 1, 1.25 and 1.5 rad; images does so from references
+    that come from images, and from those of the same frames that come from motion capture; left-out does so on objects
+    that the policy has not seen. Success is counted in three ways: `paper` (the paper's text), `released` (the authors'
+    scripts) and `strict` (the base must stay where it is).
 
-    With --json: the contents of metrics.json.
+    Writes metrics.json, trials.csv (one row per trial), metrics.md and success.png; with baselines, theirs go to
+    subfolders and the table and the plot compare them. A search also writes demonstrations.npz. Where a protocol has
+    several experiments or splits, each has a folder. Every figure has its trial count and 95 % interval.
+
+    An evaluation that was stopped goes on where it was when it is started again with the same words. Started by
+    `torchrun --no-python`, several processes share the trials.
+
+    With --json: the contents of metrics.json, a list of them where there are several.
     """
 
-    protocol: Annotated[Literal["articulation"], tyro.conf.Positional]
-    """What is measured: articulation plays every reference toward .5, .75, 1, 1.25 and 1.5 rad."""
+    protocol: Annotated[str, tyro.conf.Positional]
+    """What is measured: articulation, images or left-out."""
     controller: str = "policy"
-    """What acts: policy, pd-ik or zero (the task's prior alone)."""
+    """What acts: policy, pd-ik, search (64 rollouts around pd-ik) or zero (the task's prior alone)."""
     policy: str | None = None
     """Policy: a file, or a name of `artigrasp list policies`."""
     task: str | None = None
     """Task to play: by default the policy's, without one right-fixed."""
     objects: tuple[str, ...] = ("lidded-box",)
     """Objects to measure on."""
-    split: str = "test"
-    """Split of the references."""
+    split: str | None = None
+    """Split of the references, by default the protocol's."""
     baselines: tuple[str, ...] = ()
     """Further controllers, measured on the same trials."""
+    search: int = 0
+    """Rollouts of a search around the controller for every trial; the result has a row of its own."""
+    goal_angles: tuple[float, ...] | None = None
+    """Target angles of articulation instead of the protocol's [rad]."""
     seed: int = 0
-    """Seed, kept with the results; the trials start without noise."""
+    """Seed of a search and of targets that are drawn; the trials start without noise."""
+    worlds: int = 512
+    """Worlds simulated at once, at most; trials are measured and kept in chunks of so many."""
     out: Path = Path("evaluation")
     """Folder to write to."""
     simulator: SimulatorConfig = SimulatorConfig()
@@ -59,30 +78,65 @@ def run(options: Options) -> int:
     check_target(options.out / "metrics.json")
 
     start_warp()
-    from artigrasp.controllers.library import load_controller
-    from artigrasp.evaluation.articulation import evaluate_articulation
+    from artigrasp.controllers.library import load_controller, search_around
+    from artigrasp.controllers.policy_file import load_policy
+    from artigrasp.evaluation.articulation import ARTICULATION, toward
+    from artigrasp.evaluation.evaluate import Shard, evaluate
+    from artigrasp.evaluation.protocols import get_protocol
     from artigrasp.evaluation.report import metrics_dict, metrics_table, write_report
 
+    protocol = get_protocol(options.protocol)
+    if options.goal_angles is not None:
+        experiments = tuple(
+            toward(options.goal_angles) if each is ARTICULATION else each for each in protocol.experiments
+        )
+        protocol = replace(protocol, experiments=experiments)
+    if options.split is not None:
+        protocol = replace(protocol, splits=(options.split,))
+    if protocol.unseen_objects and policy is not None:
+        seen = set(options.objects) & set(load_policy(policy).objects)
+        if seen:
+            raise UserError(f"objects: expected objects that {policy} has not seen, found {', '.join(sorted(seen))}")
     task = played_task(options.task, policy)
     names = dict.fromkeys((options.controller, *options.baselines))
-    controllers = [load_controller(name, task=task, policy=policy) for name in names]
-    evaluations = []
-    for controller in controllers:
-        with progress_bar(f"Measuring {controller.name}", hidden=options.json) as progress:
-            evaluations.append(
-                evaluate_articulation(
-                    controller,
-                    references,
-                    split=options.split,
-                    seed=options.seed,
-                    policy=str(policy) if controller.name == "policy" else None,
-                    simulator=options.simulator,
-                    on_step=lambda step: progress("", step, task.episode_steps),
+    controllers = [load_controller(name, task=task, policy=policy, seed=options.seed) for name in names]
+    if options.search:
+        controllers.insert(0, search_around(controllers[0], options.search, options.seed))
+    shard = Shard.from_environment()
+    threads = options.simulator.threads or max(1, (os.cpu_count() or 1) // shard.count)
+
+    parts = [(experiment, split) for split in protocol.splits for experiment in protocol.experiments]
+    reports = []
+    for experiment, split in parts:
+        evaluations = []
+        for controller in controllers:
+            title = f"Measuring {controller.name}" + (f" on {split}" if len(parts) > 1 else "")
+            with progress_bar(title, hidden=options.json or shard.rank > 0) as progress:
+                evaluations.append(
+                    evaluate(
+                        controller,
+                        references,
+                        experiment,
+                        split=split,
+                        seed=options.seed,
+                        policy=str(policy) if policy is not None and controller.name.startswith("policy") else None,
+                        world_count=options.worlds,
+                        chunk_folder=options.out / CHUNKS,
+                        shard=shard,
+                        simulator=replace(options.simulator, threads=threads),
+                        on_trial=lambda done, total: progress("", int(done), total),
+                    )
                 )
-            )
-    write_report(evaluations, options.out)
+        reports.append(evaluations)
+    if shard.rank > 0:
+        return 0
+    for (experiment, split), evaluations in zip(parts, reports, strict=True):
+        folder = options.out if len(parts) == 1 else options.out / f"{experiment.name}-{split}"
+        write_report(evaluations, folder)
+        if not options.json:
+            show(metrics_table(evaluations))
     if options.json:
-        show_json(metrics_dict(evaluations[0]))
-    else:
-        show(metrics_table(evaluations))
+        metrics = [metrics_dict(evaluations[0]) for evaluations in reports]
+        show_json(metrics[0] if len(parts) == 1 else metrics)
+    shutil.rmtree(options.out / CHUNKS)
     return 0

@@ -8,6 +8,7 @@ from artigrasp.config.refinement import RefinementConfig
 from artigrasp.config.reset import ResetConfig
 from artigrasp.config.reward import RewardConfig
 from artigrasp.config.simulator import SimulatorConfig
+from artigrasp.config.stage import StageConfig
 from artigrasp.config.task import TaskConfig
 from artigrasp.config.task_file import read_task, write_task
 
@@ -22,6 +23,7 @@ __all__ = [
     "ResidualConfig",
     "RewardConfig",
     "SimulatorConfig",
+    "StageConfig",
     "SynergyConfig",
     "TaskConfig",
     "from_dict",

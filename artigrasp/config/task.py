@@ -10,6 +10,7 @@ from artigrasp.config.learning import PPOConfig
 from artigrasp.config.physics import PDGains, PhysicsConfig
 from artigrasp.config.reset import ResetConfig
 from artigrasp.config.reward import RewardConfig
+from artigrasp.config.stage import StageConfig
 
 Side = Literal["left", "right"]
 Kind = Literal["articulate", "grasp"]
@@ -27,6 +28,8 @@ class TaskConfig:
     """Hands in the scene, left before right."""
     fixed_base: bool = True
     """Whether the object's base is fixed in space; if not, the object stands on the plane z = 0."""
+    stage: StageConfig | None = None
+    """A plateau that stands on the plane beside or under the object."""
     kinds: tuple[Kind, ...] = ("articulate",)
     """Kinds of references that the task draws from."""
     episode_steps: int = 300

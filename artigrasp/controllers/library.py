@@ -16,13 +16,14 @@ SEARCH_ROLLOUTS = 64
 """Rollouts of a search for which no other number is given."""
 
 
-def load_controller(name: str, *, task: TaskConfig, policy: Path | None = None) -> Controller:
+def load_controller(name: str, *, task: TaskConfig, policy: Path | None = None, seed: int = 0) -> Controller:
     """Make a controller.
 
     Args:
         name: One of ``CONTROLLERS``.
         task: Scene of a controller that has no policy; a policy brings its own task.
         policy: Policy file of the controller ``policy``.
+        seed: Of a search.
 
     Raises:
         UserError: The name is unknown, or the policy file is missing or unfit.
@@ -36,7 +37,7 @@ def load_controller(name: str, *, task: TaskConfig, policy: Path | None = None) 
     if name == "zero":
         return ZeroController(task)
     if name == "search":
-        return search_around(pd_ik_controller(task), SEARCH_ROLLOUTS)
+        return search_around(pd_ik_controller(task), SEARCH_ROLLOUTS, seed)
     raise unknown("controller", name, CONTROLLERS)
 
 

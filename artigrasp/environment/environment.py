@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 import warp as wp
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from artigrasp.assets.hand import load_hand
 from artigrasp.assets.object import ObjectModel, load_object
 from artigrasp.config import ActionConfig, SimulatorConfig, TaskConfig
 from artigrasp.environment import tables
+from artigrasp.environment.bystanders import Bystanders
 from artigrasp.environment.worlds import WorldPlan
 from artigrasp.errors import UserError
 from artigrasp.kernels import (
@@ -71,6 +72,7 @@ class Environment:
         references: Sequence[ReferenceSet],
         worlds: WorldPlan,
         *,
+        bystanders: Sequence[ReferenceSet] = (),
         seed: int = 0,
         noise: bool = True,
         simulator: SimulatorConfig = SimulatorConfig(),
@@ -81,6 +83,8 @@ class Environment:
             task: What is simulated and rewarded.
             references: One set per object, each of them already cut down to the task's kinds.
             worlds: What each world plays.
+            bystanders: Further objects of every world, in slots 1, 2, ... of its scene, each with a reference at least.
+                They stand 1 m apart until :meth:`place_bystander`.
             seed: Seed of everything that is drawn on the device.
             noise: Whether hands start with the task's noise.
             simulator: Backend, device and threads.
@@ -90,15 +94,18 @@ class Environment:
         """
         self.task, self.seed, self.worlds, self.simulator = task, seed, worlds, simulator
         self._noise = noise
-        hand_names = sorted({each.hand for each in references})
+        hand_names = sorted({each.hand for each in (*references, *bystanders)})
         if len(hand_names) != 1:
             raise UserError(f"references: expected one hand model for all objects, found {', '.join(hand_names)}")
         self.hand_name = hand_names[0]
         self.object_names = tuple(each.object for each in references)
-        self.references = tuple(references)
+        self.references, self.bystanders = tuple(references), tuple(bystanders)
         self.hands = tuple(load_hand(self.hand_name, side) for side in task.hands)
         self.objects: tuple[ObjectModel, ...] = tuple(load_object(name) for name in self.object_names)
-        scenes = [Scene(self.hands, (each,), task.fixed_base, task.physics) for each in self.objects]
+        beside = tuple(load_object(each.object) for each in bystanders)
+        scenes = [
+            Scene(self.hands, (each, *beside), task.fixed_base, task.physics, task.stage) for each in self.objects
+        ]
         counts = np.bincount(worlds.object_index, minlength=len(scenes)).tolist()
         self.simulation = make_simulation(
             simulator.backend, scenes, counts, thread_count=simulator.threads, device=simulator.device
@@ -106,6 +113,8 @@ class Environment:
         self.state = self.simulation.state
         self.device = self.simulation.device
         self.world_count, self.hand_count = worlds.world_count, len(self.hands)
+        self.goal = states.goal(self.world_count, self.hand_count, self.device)
+        self._bystanders = Bystanders(self.objects, beside, bystanders, worlds, task.fixed_base, self.state, self.goal)
         self._allocate()
         self._record_kernels()
 
@@ -117,9 +126,17 @@ class Environment:
     def repeat(self, count: int) -> "Environment":
         """An environment with every world so many times, side by side; its episodes start anew."""
         worlds = self.worlds.repeat(count)
-        return Environment(
-            self.task, self.references, worlds, seed=self.seed, noise=self._noise, simulator=self.simulator
+        repeated = Environment(
+            self.task,
+            self.references,
+            worlds,
+            bystanders=self.bystanders,
+            seed=self.seed,
+            noise=self._noise,
+            simulator=self.simulator,
         )
+        repeated._bystanders.place_like(self._bystanders, count)
+        return repeated
 
     def reset(self, world_mask: wp.array | None = None) -> None:
         """Begin an episode in the worlds whose mask (int, [W]) is not zero, in all of them by default."""
@@ -130,18 +147,41 @@ class Environment:
             [world_mask, self._first_reference, self._reference_count, self.episode, self.seed],
             [self.reference_index, self.step_count, self.state.diverged],
         )
+        self._bystanders.reset(world_mask)
         self._launch(
             resets.reset_worlds,
             self.world_count,
             [
                 world_mask, self.reference_index, self._goal_angle, self.episode, self.seed, self._references,
-                self._reset_settings, self._hand_model, self._object_model,
+                self._reset_settings, self._hand_model, self._bystanders.object_model,
             ],
             [self.state.hands, self.state.objects, self.goal],
         )  # fmt: skip
         self.simulation.write_state(world_mask)
         self._forward_kinematics.launch()
         self._launch(metrics.reset_metrics, self.world_count, [world_mask, self.goal], [self.metrics])
+
+    def place_bystander(self, slot: int, pose: ArrayLike, angle: ArrayLike = 0.0) -> None:
+        """Say where a bystander stands from the next reset on.
+
+        Args:
+            slot: Which one, counted from 1.
+            pose: Frame of its base in the world, position [m] and xyzw, shape [7] or [W, 7].
+            angle: Its hinge angle [rad], a number or of shape [W].
+        """
+        self._bystanders.place(slot, pose, angle)
+
+    def set_focus(self, slot: int, world_mask: wp.array | None = None) -> None:
+        """Let the hands manipulate another of the scene's objects; a reset brings slot 0 back.
+
+        Features, rewards, metrics and contact forces are about the object in focus, forces from the next step on.
+        Displacements count from where it is now. What hands are asked to do stays: write a new ``goal``.
+
+        Args:
+            slot: Index of the object in the scene; 0 is the one of the world's references.
+            world_mask: Where, int, [W]; everywhere by default.
+        """
+        self._bystanders.set_focus(slot, self._all if world_mask is None else world_mask)
 
     def step(self, action: wp.array) -> None:
         """Advance every world by one control step.
@@ -196,15 +236,14 @@ class Environment:
         task, device = self.task, self.device
         worlds, hands = self.world_count, self.hand_count
         self._hand_model = tables.hand_table(self.hands, device)
-        self._object_model = tables.object_table(self.objects, self.worlds, device)
-        self._references = tables.reference_table(self.references, task.hands, device)
+        standing = [tables.stand_on_stage(each, task.stage) for each in (*self.references, *self.bystanders)]
+        self._references = tables.reference_table(standing, task.hands, device)
         self._reset_settings = tables.reset_settings(task.reset, self._noise)
         self._action_settings = tables.action_settings(task.action, task.reset)
         self._synergy_basis = tables.synergy_basis(task.action, task.hands, device)
         self._reward_weights = tables.reward_weights(task.reward)
         self._outcome_weights = tables.outcome_weights(task.reward)
         self._metric_limits = tables.metric_limits(OPENED_ANGLE)
-        self._object_mass = tables.object_mass(self.objects, self.worlds, task.fixed_base, device)
         self.stiffness, self.damping = tables.gain_tables(task.gains, worlds, hands, device)
         self._effort = wp.array(np.stack([each.effort for each in self.hands]), dtype=float, device=device)
 
@@ -215,7 +254,6 @@ class Environment:
         self.reference_index = wp.zeros(worlds, dtype=int, device=device)
         self.step_count = wp.zeros(worlds, dtype=int, device=device)
         self.episode = wp.zeros(worlds, dtype=int, device=device)
-        self.goal = states.goal(worlds, hands, device)
         self.metrics = metrics.episode_metrics(worlds, device)
 
         self.target = wp.zeros((worlds, hands, DOF_COUNT), dtype=float, device=device)
@@ -237,6 +275,7 @@ class Environment:
     def _record_kernels(self) -> None:
         """The launches of every control step, whose arguments stay the same: packing them anew would take longer."""
         hands, objects, goal = self.state.hands, self.state.objects, self.goal
+        object_model = self._bystanders.object_model
         every_hand = (self.world_count, self.hand_count)
         no_action = wp.zeros((*every_hand, self.action_count), dtype=float, device=self.device)
         self._latch_actions = [
@@ -251,7 +290,7 @@ class Environment:
             actions.pd_targets,
             every_hand,
             [
-                hands, objects, self._object_model, goal, self._action_settings, self._synergy_basis,
+                hands, objects, object_model, goal, self._action_settings, self._synergy_basis,
                 self.step_count, self._synergy, self._residual, self.target,
             ],
         )  # fmt: skip
@@ -273,7 +312,7 @@ class Environment:
                 rewards.compute_rewards,
                 every_hand,
                 [
-                    hands, objects, self._object_model, goal, self._reward_weights, self._object_mass,
+                    hands, objects, object_model, goal, self._reward_weights, self._bystanders.object_mass,
                     self._paper_terms, self.reward,
                 ],
             )
@@ -289,7 +328,7 @@ class Environment:
         self._compute_features = self._record(
             features.compute_features,
             every_hand,
-            [hands, objects, self._object_model, goal, int(self.task.include_hinge_features), self.features],
+            [hands, objects, object_model, goal, int(self.task.include_hinge_features), self.features],
         )
 
     def apply_torques(self, rows: slice) -> None:

@@ -1,13 +1,14 @@
 """Assets, references and settings as the Warp structs that kernels read."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import warp as wp
 
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.object import ObjectModel
-from artigrasp.config import ActionConfig, PDGains, ResetConfig, RewardConfig, SynergyConfig
+from artigrasp.config import ActionConfig, PDGains, ResetConfig, RewardConfig, StageConfig, SynergyConfig
 from artigrasp.environment.worlds import WorldPlan
 from artigrasp.kernels import actions, metrics, resets, rewards, states
 from artigrasp.kernels.layout import ARTICULATED, HANDS
@@ -42,6 +43,17 @@ def object_table(objects: Sequence[ObjectModel], worlds: WorldPlan, device: str)
     table.hinge_axis.assign(np.array([each.hinge_axis for each in objects], dtype=np.float32)[rows])
     table.part_mass.assign(np.array([[p.mass for p in each.parts] for each in objects], dtype=np.float32)[rows])
     return table
+
+
+def stand_on_stage(references: ReferenceSet, stage: StageConfig | None) -> ReferenceSet:
+    """The references with those objects lifted that would otherwise stand inside the stage."""
+    if stage is None:
+        return references
+    offset = references.object_pose[:, :2] - np.array(stage.position)
+    over = (np.abs(offset) < 0.5 * np.array(stage.size)).all(axis=1)
+    pose = references.object_pose.copy()
+    pose[over, 2] += stage.height
+    return replace(references, object_pose=pose)
 
 
 def reference_table(references: Sequence[ReferenceSet], sides: Sequence[str], device: str) -> resets.ReferenceTable:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from artigrasp.errors import UserError
 from artigrasp.references.reference import ReferenceSet
@@ -62,12 +62,29 @@ def trial_worlds(references: Sequence[ReferenceSet], goal_angles: Sequence[float
         UserError: An object has no references.
     """
     counts = _reference_counts(references)
-    reference = np.repeat(np.arange(counts.sum()), len(goal_angles))
+    rows = np.concatenate([np.repeat(np.arange(count), len(goal_angles)) for count in counts])
+    objects = np.repeat(np.arange(len(references)), counts * len(goal_angles))
+    return planned_worlds(references, objects, rows, np.tile(np.asarray(goal_angles), counts.sum()))
+
+
+def planned_worlds(
+    references: Sequence[ReferenceSet], object_index: ArrayLike, reference: ArrayLike, goal_angle: ArrayLike
+) -> WorldPlan:
+    """One world for every row of a list.
+
+    Args:
+        references: One set per object.
+        object_index: Index of the reference set of each world, ascending.
+        reference: Row of the world's reference in its set.
+        goal_angle: Goal of the hinge angle [rad].
+    """
+    objects = np.asarray(object_index, dtype=np.int32)
+    first = np.cumsum([0, *_reference_counts(references)[:-1]])
     return WorldPlan(
-        np.repeat(np.arange(len(references)), counts * len(goal_angles)).astype(np.int32),
-        reference.astype(np.int32),
-        np.ones(len(reference), dtype=np.int32),
-        np.tile(np.asarray(goal_angles, dtype=np.float32), counts.sum()),
+        objects,
+        (first[objects] + np.asarray(reference)).astype(np.int32),
+        np.ones(len(objects), dtype=np.int32),
+        np.asarray(goal_angle, dtype=np.float32),
     )
 
 

@@ -1,62 +1,102 @@
-"""The articulation protocol: every reference and goal angle once, from the same starts for every controller."""
+"""The articulation experiment: every reference and goal angle once, from the same starts for every controller."""
 
-import importlib.metadata
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from artigrasp.config import SimulatorConfig, to_dict
+from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.rollout import run_episode
 from artigrasp.environment.environment import OPENED_ANGLE, Environment
-from artigrasp.environment.worlds import trial_worlds
-from artigrasp.evaluation.protocols import GOAL_ANGLES, ArticulationOutcomes
-from artigrasp.evaluation.report import Evaluation
+from artigrasp.environment.worlds import planned_worlds
+from artigrasp.evaluation.experiment import Experiment, Metric, Outcomes, Trials
 from artigrasp.references.reference import ReferenceSet
 
+GOAL_ANGLES = (0.5, 0.75, 1.0, 1.25, 1.5)
+"""Target angles [rad] (paper, supplement, Grasping and Articulation)."""
 
-def evaluate_articulation(
+RELEASED_ANGLE_LIMIT = 2.0
+RELEASED_DISPLACEMENT_LIMIT = 0.4
+"""The authors' script voids trials that end beyond this angle [rad] or base displacement [m]."""
+
+STRICT_DISPLACEMENT_LIMIT = 0.05
+STRICT_TILT_LIMIT = 0.3
+"""At every step the base must stay within this distance [m] and tilt [rad] of its start."""
+
+
+@dataclass(frozen=True)
+class ArticulationOutcomes(Outcomes):
+    """What happened in each articulation trial; every array has the shape [trial]."""
+
+    goal_angle: NDArray[np.float64]
+    initial_angle: NDArray[np.float64]
+    final_angle: NDArray[np.float64]
+    opened_once: NDArray[np.bool_]
+    """Whether the angle changed by more than 0.3 rad at any step."""
+    mean_displacement: NDArray[np.float64]
+    """Distance of the base origin from its start, mean over the steps [m]."""
+    max_displacement: NDArray[np.float64]
+    final_displacement: NDArray[np.float64]
+    max_tilt: NDArray[np.float64]
+    """Largest angle between the vertical and where the direction that was up at the start points [rad]."""
+
+    @property
+    def angle_error(self) -> NDArray[np.float64]:
+        """|goal − final angle| [rad]."""
+        return np.asarray(np.abs(self.goal_angle - self.final_angle))
+
+
+def paper_success(outcomes: ArticulationOutcomes) -> NDArray[np.bool_]:
+    """The final angle differs by more than 0.3 rad from the initial one (paper, Metrics)."""
+    return np.asarray((np.abs(outcomes.final_angle - outcomes.initial_angle) > OPENED_ANGLE) & ~outcomes.failed)
+
+
+def released_success(outcomes: ArticulationOutcomes) -> NDArray[np.bool_]:
+    """Opened once and at the end, unless the angle or the base ran away (the authors' evaluation script)."""
+    kept = (outcomes.final_angle <= RELEASED_ANGLE_LIMIT) & (outcomes.final_displacement <= RELEASED_DISPLACEMENT_LIMIT)
+    return np.asarray(paper_success(outcomes) & outcomes.opened_once & kept)
+
+
+def strict_success(outcomes: ArticulationOutcomes) -> NDArray[np.bool_]:
+    """Opened at the end while the base never moved or tilted noticeably."""
+    still = (outcomes.max_displacement < STRICT_DISPLACEMENT_LIMIT) & (outcomes.max_tilt < STRICT_TILT_LIMIT)
+    return np.asarray(paper_success(outcomes) & still)
+
+
+def trials_toward(references: Sequence[ReferenceSet], goal_angles: Sequence[float]) -> Trials:
+    """Every reference toward every goal angle."""
+    counts = [len(each) * len(goal_angles) for each in references]
+    rows = [np.repeat(np.arange(len(each)), len(goal_angles)) for each in references]
+    goals = np.tile(np.asarray(goal_angles, dtype=np.float64), sum(len(each) for each in references))
+    names = np.repeat([each.object for each in references], counts)
+    return Trials(names, np.concatenate(rows), {"goal_angle": goals})
+
+
+def run_trials(
     controller: Controller,
     references: Sequence[ReferenceSet],
+    trials: Trials,
     *,
-    split: str,
-    seed: int = 0,
-    policy: str | None = None,
-    goal_angles: Sequence[float] = GOAL_ANGLES,
-    simulator: SimulatorConfig = SimulatorConfig(),
-    on_step: Callable[[int], None] = lambda step: None,
-) -> Evaluation:
-    """Measure a controller on the articulation references of a split.
-
-    Hands start at their pre-grasp poses without noise, so the trials are the same for every controller and seed.
-
-    Args:
-        controller: What acts.
-        references: One set per object.
-        split: Split to measure.
-        seed: Seed of the environment, kept with the result.
-        policy: Path of the policy file, for the record.
-        goal_angles: Target hinge angles [rad].
-        simulator: Backend, device and threads.
-        on_step: Called with the control steps done, for progress.
-
-    Raises:
-        UserError: An object has no articulation reference in the split.
-    """
-    chosen = [each.select(split=split, kind="articulate") for each in references]
-    worlds = trial_worlds(chosen, goal_angles)
-    environment = Environment(controller.task, chosen, worlds, seed=seed, noise=False, simulator=simulator)
-    run_episode(environment, controller, on_step)
-    return Evaluation(
-        task=controller.task.name,
-        controller=controller.name,
-        policy=policy,
-        objects=environment.object_names,
-        split=split,
-        seed=seed,
-        settings=protocol_settings(environment),
-        outcomes=read_outcomes(environment),
+    seed: int,
+    simulator: SimulatorConfig,
+    on_step: Callable[[int, int], None],
+) -> ArticulationOutcomes:
+    """Play every trial in a world of its own, without noise; see :class:`RunTrials`."""
+    index = {each.object: number for number, each in enumerate(references)}
+    objects = np.array([index[name] for name in trials.object.tolist()])
+    worlds = planned_worlds(references, objects, trials.reference, trials.targets["goal_angle"])
+    environment = Environment(controller.task, references, worlds, seed=seed, noise=False, simulator=simulator)
+    planned = controller.rollout_count * controller.task.episode_steps
+    total = planned + controller.task.episode_steps
+    run_episode(
+        environment,
+        controller,
+        on_step=lambda step: on_step(planned + step, total),
+        on_plan=lambda done, _: on_step(done, total),
     )
+    return read_outcomes(environment)
 
 
 def read_outcomes(environment: Environment) -> ArticulationOutcomes:
@@ -68,6 +108,7 @@ def read_outcomes(environment: Environment) -> ArticulationOutcomes:
         object=np.array(environment.object_names)[objects],
         reference=rows,
         source=np.array(sources),
+        failed=summary["failed"] > 0,
         goal_angle=summary["goal_angle"],
         initial_angle=summary["start_angle"],
         final_angle=summary["final_angle"],
@@ -76,19 +117,37 @@ def read_outcomes(environment: Environment) -> ArticulationOutcomes:
         max_displacement=summary["max_displacement"],
         final_displacement=summary["final_displacement"],
         max_tilt=summary["max_tilt"],
-        failed=summary["failed"] > 0,
     )
 
 
-def protocol_settings(environment: Environment) -> dict[str, object]:
-    """What the numbers depend on besides the controller: the scene, its physics and package versions."""
-    task = environment.task
-    return {
-        "hand": environment.hand_name,
-        "hands": list(task.hands),
-        "base": "fixed" if task.fixed_base else "free",
-        "backend": environment.simulator.backend,
-        "episode_steps": task.episode_steps,
-        **to_dict(task.physics),
-        **{name: importlib.metadata.version(name) for name in ("newton", "mujoco", "warp-lang")},
-    }
+def _paper_row(success: float, error: float, distance: float) -> Mapping[str, float]:
+    return {"suc_a": success, "aae": error, "sd": distance}
+
+
+ARTICULATION = Experiment(
+    name="articulation",
+    kinds=("articulate",),
+    draw_trials=lambda references, seed: trials_toward(references, GOAL_ANGLES),
+    run_trials=run_trials,
+    outcomes=ArticulationOutcomes,
+    success=Metric("suc_a", "Suc.A", ""),
+    criteria={"paper": paper_success, "released": released_success, "strict": strict_success},
+    metrics=(Metric("aae", "AAE rad", "angle_error"), Metric("sd", "SD m", "mean_displacement")),
+    target=Metric("goal_angle", "goal angle [rad]", "goal_angle"),
+    paper_rows={
+        "test": {
+            "PD+IK": _paper_row(0.28, 0.80, 0.39),
+            "D-Grasp": _paper_row(0.22, 0.93, 0.49),
+            "ArtiGrasp": _paper_row(0.55, 0.57, 0.01),
+        },
+        "recon": {"D-Grasp": _paper_row(0.20, 1.07, 0.63), "ArtiGrasp": _paper_row(0.54, 0.55, 0.01)},
+        "recon-mocap": {"ArtiGrasp": _paper_row(0.54, 0.53, 0.01)},
+    },
+    paper_note="eight ARCTIC objects on a free base, both hands, another simulator",
+)
+"""Suc.A, AAE and SD of the paper's Tables 1 and 3."""
+
+
+def toward(goal_angles: Sequence[float]) -> Experiment[ArticulationOutcomes]:
+    """The experiment with other target angles than the paper's [rad]."""
+    return replace(ARTICULATION, draw_trials=lambda references, seed: trials_toward(references, goal_angles))

@@ -1,69 +1,63 @@
-"""The files of an evaluation: `metrics.json`, `trials.csv`, `metrics.md` and a plot."""
+"""The files of an evaluation: `metrics.json`, `trials.csv`, `metrics.md`, a plot, and what a search found."""
 
 import csv
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
+from numpy.typing import NDArray
 
-from artigrasp.evaluation.protocols import PROTOCOLS, ArticulationOutcomes, measure_articulation
+from artigrasp.evaluation.demonstrations import demonstrations_of, save_demonstrations
+from artigrasp.evaluation.evaluate import Evaluation
+from artigrasp.evaluation.experiment import CRITERIA
+from artigrasp.evaluation.plots import plot_evaluations
 from artigrasp.evaluation.statistics import Estimate, estimate_mean
 from artigrasp.files import atomic_write
 
 METRICS_FORMAT, METRICS_VERSION = "artigrasp.metrics", 1
 
-PAPER_ARTICULATION = {
-    "PD+IK (paper)": (0.28, 0.80, 0.39),
-    "D-Grasp (paper)": (0.22, 0.93, 0.49),
-    "ArtiGrasp (paper)": (0.55, 0.57, 0.01),
-}
-"""Suc.A, AAE, SD of the paper's Table 1: eight ARCTIC objects, free base, two hands."""
 
-
-@dataclass(frozen=True)
-class Evaluation:
-    """One controller measured on one set of trials."""
-
-    task: str
-    controller: str
-    policy: str | None
-    objects: tuple[str, ...]
-    split: str
-    seed: int
-    settings: Mapping[str, Any]
-    """Physics settings and versions that the numbers depend on."""
-    outcomes: ArticulationOutcomes
-
-
-def metrics_dict(evaluation: Evaluation) -> dict[str, Any]:
+def metrics_dict(evaluation: Evaluation[Any]) -> dict[str, Any]:
     """The stable, machine-readable summary (see the documentation of `evaluate`)."""
-    outcomes = evaluation.outcomes
+    outcomes, experiment = evaluation.outcomes, evaluation.experiment
     return {
         "format": METRICS_FORMAT,
         "version": METRICS_VERSION,
-        "task": evaluation.task,
+        "experiment": experiment.name,
+        "task": evaluation.task.name,
         "controller": evaluation.controller,
         "policy": evaluation.policy,
+        "rollouts": evaluation.rollout_count,
         "objects": list(evaluation.objects),
         "split": evaluation.split,
         "seed": evaluation.seed,
-        "trials": len(outcomes.goal_angle),
+        "trials": len(outcomes),
         "references": len(np.unique(outcomes.groups)),
         "failed": int(outcomes.failed.sum()),
+        "wall_time": evaluation.wall_time,
         "settings": dict(evaluation.settings),
-        "protocols": _plain(measure_articulation(outcomes)),
+        "protocols": _plain(experiment.measure(outcomes)),
         "per_object": {
-            name: _plain(measure_articulation(outcomes.select(outcomes.object == name)))
+            name: _plain(experiment.measure(outcomes.select(outcomes.object == name)))
             for name in np.unique(outcomes.object).tolist()
         },
     }
 
 
-def write_report(evaluations: Sequence[Evaluation], folder: Path) -> None:
+def trial_columns(evaluation: Evaluation[Any]) -> dict[str, NDArray[Any]]:
+    """The columns of `trials.csv`: what was asked for, what happened, and what of it is reported."""
+    outcomes, experiment = evaluation.outcomes, evaluation.experiment
+    columns = outcomes.columns()
+    columns |= {name: values for name, values in evaluation.trials.targets.items() if name not in columns}
+    columns |= {each.column: getattr(outcomes, each.column) for each in experiment.metrics}
+    columns |= {f"success_{name}": success(outcomes) for name, success in experiment.criteria.items()}
+    return columns
+
+
+def write_report(evaluations: Sequence[Evaluation[Any]], folder: Path) -> None:
     """Write the files of several controllers measured on the same trials.
 
     The first controller's ``metrics.json`` and ``trials.csv`` stand in the folder itself, those of the others in a
@@ -73,82 +67,101 @@ def write_report(evaluations: Sequence[Evaluation], folder: Path) -> None:
         place = folder if index == 0 else folder / evaluation.controller
         with atomic_write(place / "metrics.json") as path:
             path.write_text(json.dumps(metrics_dict(evaluation), indent=2, allow_nan=False) + "\n", encoding="utf-8")
-        _write_trials(evaluation.outcomes, place / "trials.csv")
+        _write_trials(trial_columns(evaluation), place / "trials.csv")
+        if evaluation.found is not None:
+            save_demonstrations(place / "demonstrations.npz", demonstrations_of(evaluation))
     with atomic_write(folder / "metrics.md") as path:
         path.write_text(metrics_table(evaluations), encoding="utf-8")
-    _plot_success(evaluations, folder / "success.png")
+    plot_evaluations(evaluations, folder / "success.png")
 
 
-def metrics_table(evaluations: Sequence[Evaluation]) -> str:
-    """A Markdown table of every controller and protocol, with the paper's rows beneath for orientation."""
-    first = evaluations[0]
+def metrics_table(evaluations: Sequence[Evaluation[Any]]) -> str:
+    """A Markdown table of every controller and criterion, with the paper's rows beneath for orientation."""
+    first, experiment = evaluations[0], evaluations[0].experiment
+    rate, metrics = experiment.success, experiment.metrics
+    header = ["controller", *(f"{rate.label} {name}" for name in CRITERIA), *(each.label for each in metrics), "failed"]
+    rows = []
+    for evaluation in evaluations:
+        measured = experiment.measure(evaluation.outcomes)
+        cells = [format_estimate(measured[name][rate.key]) for name in CRITERIA]
+        cells += [format_estimate(measured["paper"][each.key]) for each in metrics]
+        rows.append([evaluation.label, *cells, str(int(evaluation.outcomes.failed.sum()))])
+    for name, row in experiment.paper_rows.get(first.split, {}).items():
+        cells = [format(row[rate.key], ".2f") if rate.key in row else "", "", ""]
+        cells += [format(row[each.key], ".2f") if each.key in row else "" for each in metrics]
+        rows.append([f"{name} (paper)", *cells, ""])
     lines = [
-        f"Articulation on {', '.join(first.objects)}, split {first.split}, seed {first.seed}: "
-        f"{len(first.outcomes.goal_angle)} trials of {len(np.unique(first.outcomes.groups))} references, "
+        f"{experiment.name.capitalize()} on {', '.join(first.objects)}, split {first.split}, seed {first.seed}: "
+        f"{len(first.outcomes)} trials of {len(np.unique(first.outcomes.groups))} references, "
         "95 % intervals in brackets.",
         "",
-        "| controller | Suc.A paper | Suc.A released | Suc.A strict | AAE rad | SD m | failed |",
-        "| --- | --- | --- | --- | --- | --- | --- |",
+        markdown_table(header, rows),
+        *_rollout_lines(evaluations),
+        *(_difference_line(first, each) for each in evaluations[1:]),
     ]
-    for evaluation in evaluations:
-        measured = measure_articulation(evaluation.outcomes)
-        cells = [_cell(measured[name]["suc_a"]) for name in PROTOCOLS]
-        cells += [_cell(measured["paper"][name]) for name in ("aae", "sd")]
-        lines.append(f"| {evaluation.controller} | {' | '.join(cells)} | {int(evaluation.outcomes.failed.sum())} |")
-    for name, (success, error, distance) in PAPER_ARTICULATION.items():
-        lines.append(f"| {name} | {success:.2f} | | | {error:.2f} | {distance:.2f} | |")
-    for evaluation in evaluations[1:]:
-        difference = estimate_mean(
-            PROTOCOLS["paper"](first.outcomes).astype(float) - PROTOCOLS["paper"](evaluation.outcomes),
-            first.outcomes.groups,
-        )
-        lines.append(
-            f"\nSuc.A (paper) of {first.controller} minus {evaluation.controller}, paired by reference: "
-            f"{_cell(difference)}."
-        )
-    lines += ["", "The paper's rows are its Table 1: eight ARCTIC objects on a free base, another simulator."]
+    if first.split in experiment.paper_rows:
+        lines += ["", f"The paper's rows: {experiment.paper_note}."]
+    if len(first.objects) > 1:
+        lines += ["", _object_table(evaluations)]
+    times = ", ".join(f"{each.label} {each.wall_time:.0f} s" for each in evaluations)
     settings = ", ".join(f"{key} {value}" for key, value in first.settings.items())
-    return "\n".join([*lines, "", f"Settings: {settings}.", ""])
+    return "\n".join([*lines, "", f"Time to measure: {times}.", "", f"Settings: {settings}.", ""])
 
 
-def _cell(estimate: Estimate) -> str:
+def format_estimate(estimate: Estimate) -> str:
+    """The value and its interval."""
     interval = f" [{estimate.low:.3f}, {estimate.high:.3f}]" if estimate.low is not None else ""
     return f"{estimate.value:.3f}{interval}"
 
 
-def _plain(protocols: dict[str, dict[str, Estimate]]) -> dict[str, Any]:
+def markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table in Markdown."""
+    return "\n".join(f"| {' | '.join(row)} |" for row in [header, ["---"] * len(header), *rows])
+
+
+def _object_table(evaluations: Sequence[Evaluation[Any]]) -> str:
+    """Success of every controller on every object."""
+    experiment = evaluations[0].experiment
+    names = np.unique(evaluations[0].outcomes.object).tolist()
+    rows = []
+    for evaluation in evaluations:
+        for criterion in ("paper", "strict"):
+            measured = [
+                experiment.measure(evaluation.outcomes.select(evaluation.outcomes.object == name)) for name in names
+            ]
+            cells = [format(each[criterion][experiment.success.key].value, ".3f") for each in measured]
+            rows.append([evaluation.label, criterion, *cells])
+    return markdown_table(["controller", experiment.success.label, *names], rows)
+
+
+def _rollout_lines(evaluations: Sequence[Evaluation[Any]]) -> list[str]:
+    """Success of a search against the number of its rollouts, the first of which is what it searches around."""
+    lines = []
+    for evaluation in evaluations:
+        if evaluation.found is not None:
+            rates = evaluation.found.success.mean(axis=0)
+            counts = [1 << power for power in range(len(rates).bit_length())]
+            steps = ", ".join(f"{rates[count - 1]:.3f} with {count}" for count in counts if count <= len(rates))
+            lines.append(f"\nSuccess of {evaluation.controller} by rollouts: {steps}.")
+    return lines
+
+
+def _difference_line(first: Evaluation[Any], other: Evaluation[Any]) -> str:
+    success = first.experiment.criteria["paper"]
+    difference = estimate_mean(success(first.outcomes).astype(float) - success(other.outcomes), first.outcomes.groups)
+    label = first.experiment.success.label
+    return (
+        f"\n{label} (paper) of {first.controller} minus {other.controller}, paired by reference: "
+        f"{format_estimate(difference)}."
+    )
+
+
+def _plain(protocols: Mapping[str, Mapping[str, Estimate]]) -> dict[str, Any]:
     return {name: {key: asdict(value) for key, value in row.items()} for name, row in protocols.items()}
 
 
-def _write_trials(outcomes: ArticulationOutcomes, target: Path) -> None:
-    columns = {**vars(outcomes), "angle_error": outcomes.angle_error}
-    columns |= {f"success_{name}": success(outcomes) for name, success in PROTOCOLS.items()}
+def _write_trials(columns: Mapping[str, NDArray[Any]], target: Path) -> None:
     with atomic_write(target) as path, path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(columns)
         writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
-
-
-def _plot_success(evaluations: Sequence[Evaluation], target: Path) -> None:
-    """Success against the goal angle, and the distribution of the final error."""
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    figure, (left, right) = pyplot.subplots(1, 2, figsize=(10, 3.6), layout="constrained")
-    for evaluation in evaluations:
-        outcomes = evaluation.outcomes
-        goals = np.unique(outcomes.goal_angle)
-        success = PROTOCOLS["paper"](outcomes)
-        rates = [success[outcomes.goal_angle == goal].mean() for goal in goals]
-        left.plot(goals, rates, marker="o", label=evaluation.controller)
-        errors = np.sort(outcomes.angle_error)
-        right.plot(errors, np.arange(1, len(errors) + 1) / len(errors), label=evaluation.controller)
-    left.set(xlabel="goal angle [rad]", ylabel="Suc.A (paper)", ylim=(-0.02, 1.02))
-    right.set(xlabel="final angle error [rad]", ylabel="share of trials below", xlim=(0, None), ylim=(0, 1.02))
-    for axes in (left, right):
-        axes.grid(alpha=0.3)
-        axes.spines[["top", "right"]].set_visible(False)
-    left.legend(frameon=False)
-    with atomic_write(target) as path:
-        figure.savefig(path, dpi=150)
-    pyplot.close(figure)

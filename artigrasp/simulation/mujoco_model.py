@@ -127,5 +127,5 @@ def model_layout(model: mujoco.MjModel, scene: Scene) -> ModelLayout:
 
 def _indices(names: Sequence[Any], find: Callable[[Any], int]) -> NDArray[np.int32]:
     """What ``find`` answers to every entry of a nested list."""
-    array = np.array(names, dtype=object)
-    return np.vectorize(find, otypes=[np.int32])(array)
+    found: NDArray[np.int32] = np.vectorize(find, otypes=[np.int32])(np.array(names, dtype=object))
+    return found

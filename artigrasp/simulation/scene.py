@@ -1,4 +1,4 @@
-"""One scene definition for every backend: hands, hinged objects and the table, as a Newton model."""
+"""One scene definition for every backend: hands, hinged objects and what they stand on, as a Newton model."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import warp as wp
 from newton.solvers import SolverMuJoCo
 
 from artigrasp.assets.hand import HandModel
-from artigrasp.config import PhysicsConfig
+from artigrasp.config import PhysicsConfig, StageConfig
 from artigrasp.kernels.layout import DOFS, LINKS, PARTS
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 HAND_BASE = "base"
 """Body that carries the wrist joint; it is fixed to the world and becomes MuJoCo's mocap body."""
 
-SUPPORT = "table"
+TABLE, STAGE = "table", "stage"
 _HAND_COLLISION_GROUP = {"left": -2, "right": -1}
 """In Newton a negative group collides with every group but itself."""
 _FIRST_OBJECT_COLLISION_GROUP = -3
@@ -40,10 +40,10 @@ _RAW_SOLREF = 1
 
 @dataclass(frozen=True)
 class Scene:
-    """What stands in one world: one or two hands, objects, and the table plane z = 0.
+    """What stands in one world: one or two hands, objects, the table plane z = 0, and a stage if there is one.
 
-    Everything collides with everything else, but hands do not with the table, as in the authors' release, and nothing
-    does with itself.
+    Everything collides with everything else, but hands do not with table and stage, as in the authors' release, and
+    nothing does with itself.
     """
 
     hands: tuple[HandModel, ...]
@@ -53,6 +53,16 @@ class Scene:
     fixed_base: bool
     """Whether the bases of all objects stay where they are put."""
     physics: PhysicsConfig
+    stage: StageConfig | None = None
+
+    @property
+    def has_flat_contacts(self) -> bool:
+        """Whether faces may lie on faces, which takes more than one contact for each pair of convex pieces.
+
+        With one contact, an object on a stage rocks by up to 8 mm; with several it rests as still as on the table,
+        whose plane makes as many contacts as it needs in any case.
+        """
+        return self.stage is not None or len(self.objects) > 1
 
 
 def object_label(slot: int) -> str:
@@ -67,10 +77,11 @@ def check_alike(scenes: Sequence[Scene]) -> None:
         ValueError: They differ in more.
     """
     kinds = {
-        (tuple(hand.path for hand in each.hands), len(each.objects), each.fixed_base, each.physics) for each in scenes
+        (tuple(hand.path for hand in each.hands), len(each.objects), each.fixed_base, each.physics, each.stage)
+        for each in scenes
     }
     if len(kinds) != 1:
-        raise ValueError("scenes: expected the same hands, number of objects, base kind and physics, found differences")
+        raise ValueError("scenes: expected them to differ in nothing but their objects, and not in how many these are")
 
 
 def build_newton_model(scene: Scene) -> newton.Model:
@@ -107,17 +118,21 @@ def _scene_builder(scene: Scene) -> newton.ModelBuilder:
     SolverMuJoCo.register_custom_attributes(builder)
     # Newton's default of 0.1 m makes every geom a contact candidate: hundreds of contacts per world
     builder.rigid_gap = 0.0
-    table = builder.add_ground_plane(label=SUPPORT)
+    supports = [builder.add_ground_plane(label=TABLE)]
+    if scene.stage is not None:
+        supports.append(_add_stage(builder, scene.stage))
     for hand in scene.hands:
         for shape in _add_asset(builder, hand.path, hand.side, (HAND_BASE, *LINKS)):
             builder.shape_collision_group[shape] = _HAND_COLLISION_GROUP[hand.side]
-            builder.add_shape_collision_filter_pair(table, shape)
+            for support in supports:
+                builder.add_shape_collision_filter_pair(support, shape)
         _set_joint_dynamics(builder, hand)
     for slot, each in enumerate(scene.objects):
         height = (slot + 1) * _HEIGHT_AT_FIRST
         for shape in _add_asset(builder, each.path, object_label(slot), PARTS, not scene.fixed_base, height):
             builder.shape_collision_group[shape] = _FIRST_OBJECT_COLLISION_GROUP - slot
-    builder.shape_collision_group[table] = _SUPPORT_COLLISION_GROUP
+    for support in supports:
+        builder.shape_collision_group[support] = _SUPPORT_COLLISION_GROUP
     _set_contact_material(builder, scene.physics)
     return builder
 
@@ -133,6 +148,7 @@ def make_newton_solver(scene: Scene, model: newton.Model, **options: object) -> 
         impratio=physics.impratio,
         integrator="implicitfast",
         solver="newton",
+        enable_multiccd=scene.has_flat_contacts,
         # nothing becomes kinematic later, so no root needs a weld in waiting
         kinematic_switchable_roots=False,
         **options,
@@ -143,6 +159,13 @@ def joint_and_axis(dof: str) -> tuple[str, int]:
     """The joint that a hand coordinate of ``DOFS`` belongs to, and its place among the coordinates of that joint."""
     link = dof.rsplit("_", 1)[0]
     return f"{link}_joint", [each for each in DOFS if each.startswith(f"{link}_")].index(dof)
+
+
+def _add_stage(builder: newton.ModelBuilder, stage: StageConfig) -> int:
+    """The stage as a box that does not move; its shape."""
+    centre = wp.transform((*stage.position, 0.5 * stage.height), wp.quat_identity())
+    half = (0.5 * stage.size[0], 0.5 * stage.size[1], 0.5 * stage.height)
+    return int(builder.add_shape_box(-1, xform=centre, hx=half[0], hy=half[1], hz=half[2], label=STAGE))
 
 
 def _add_asset(

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import warp as wp
 
+from artigrasp.kernels import focus as kernels
 from artigrasp.kernels import states
-from artigrasp.kernels.focus import read_focus, write_focus
 
 
 @dataclass(frozen=True)
@@ -34,24 +34,27 @@ class SimulationState:
         """Objects in each world."""
         return int(self.slots.pose.shape[1])
 
-    def set_focus(self, focus: wp.array) -> None:
+    def set_focus(self, slot: int, world_mask: wp.array) -> None:
         """Let ``objects`` be others of the scene's objects; contact forces follow with the next step.
 
         Args:
-            focus: Index of an object of every world's scene, int, shape [world].
+            slot: Index of the object in its world's scene.
+            world_mask: Nonzero where the focus changes, int, shape [world].
         """
-        wp.copy(self.focus, focus)
+        if not 0 <= slot < self.object_count:
+            raise ValueError(f"slot: expected 0 to {self.object_count - 1}, found {slot}")
+        self._launch(kernels.set_focus, [world_mask, slot, self.focus])
         self.read_focus()
 
     def read_focus(self) -> None:
         """Take ``objects`` out of ``slots``."""
         if self.object_count > 1:
-            self._launch(read_focus, [self.focus, self.slots, self.objects])
+            self._launch(kernels.read_focus, [self.focus, self.slots, self.objects])
 
     def write_focus(self, world_mask: wp.array) -> None:
         """Put ``objects`` back into ``slots`` in the worlds whose mask (int, shape [world]) is not zero."""
         if self.object_count > 1:
-            self._launch(write_focus, [world_mask, self.focus, self.objects, self.slots])
+            self._launch(kernels.write_focus, [world_mask, self.focus, self.objects, self.slots])
 
     def worlds(self, rows: slice) -> SimulationState:
         """Views of some worlds."""

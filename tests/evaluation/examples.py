@@ -4,16 +4,21 @@ from typing import Any
 
 import numpy as np
 
-from artigrasp.evaluation.protocols import ArticulationOutcomes
-from artigrasp.evaluation.report import Evaluation
+from artigrasp.config import TaskConfig
+from artigrasp.evaluation.articulation import ARTICULATION, ArticulationOutcomes
+from artigrasp.evaluation.evaluate import Evaluation
+from artigrasp.evaluation.experiment import Trials
+
+TASK = TaskConfig("right-fixed", "made by hand")
 
 
 def outcomes_of(count: int = 1, **columns: Any) -> ArticulationOutcomes:
-    """Trials that succeed in every protocol, except for the given columns: one value for all, or one per trial."""
+    """Trials that succeed by every criterion, except for the given columns: one value for all, or one per trial."""
     fields: dict[str, Any] = {
         "object": "box",
         "reference": np.arange(count),
         "source": "made by hand",
+        "failed": False,
         "goal_angle": 1.0,
         "initial_angle": 0.0,
         "final_angle": 0.9,
@@ -22,21 +27,24 @@ def outcomes_of(count: int = 1, **columns: Any) -> ArticulationOutcomes:
         "max_displacement": 0.02,
         "final_displacement": 0.02,
         "max_tilt": 0.1,
-        "failed": False,
     }
     return ArticulationOutcomes(**{name: np.resize(value, count) for name, value in (fields | columns).items()})
 
 
-def evaluation_of(outcomes: ArticulationOutcomes, **changes: Any) -> Evaluation:
+def evaluation_of(outcomes: ArticulationOutcomes, **changes: Any) -> Evaluation[ArticulationOutcomes]:
     """A measured controller."""
     fields: dict[str, Any] = {
-        "task": "right-fixed",
+        "experiment": ARTICULATION,
+        "task": TASK,
         "controller": "policy",
         "policy": "policy.pt",
+        "rollout_count": 0,
         "objects": ("box", "laptop"),
         "split": "test",
         "seed": 4,
         "settings": {"base": "fixed", "friction": 3.0},
+        "trials": Trials(outcomes.object, outcomes.reference, {"goal_angle": outcomes.goal_angle}),
         "outcomes": outcomes,
+        "wall_time": 2.5,
     }
     return Evaluation(**(fields | changes))

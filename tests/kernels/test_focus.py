@@ -27,10 +27,17 @@ def state(sample: Sample) -> SimulationState:
     return state
 
 
+def set_focus(state: SimulationState, focus: np.ndarray) -> None:
+    """Slot by slot."""
+    for slot in range(OBJECT_COUNT):
+        state.set_focus(slot, wp.array((focus == slot).astype(int), dtype=int, device="cpu"))
+
+
 def test_the_object_in_focus_is_read(state: SimulationState) -> None:
     """Each world's own."""
     focus = np.array([2, 0, 1, 2])
-    state.set_focus(wp.array(focus, dtype=int, device="cpu"))
+    set_focus(state, focus)
+    np.testing.assert_array_equal(state.focus.numpy(), focus)
     for name in FIELDS:
         expected = getattr(state.slots, name).numpy()[np.arange(WORLD_COUNT), focus]
         np.testing.assert_array_equal(getattr(state.objects, name).numpy(), expected, err_msg=name)
@@ -39,7 +46,7 @@ def test_the_object_in_focus_is_read(state: SimulationState) -> None:
 def test_the_object_in_focus_is_written(state: SimulationState) -> None:
     """In the masked worlds, and no other object."""
     focus, mask = np.array([2, 0, 1, 2]), np.array([1, 0, 1, 1])
-    state.set_focus(wp.array(focus, dtype=int, device="cpu"))
+    set_focus(state, focus)
     fill(state.objects, states.ObjectState, random_sample(WORLD_COUNT, seed=1))
     expected = {name: getattr(state.slots, name).numpy().copy() for name in FIELDS}
     for name, slots in expected.items():

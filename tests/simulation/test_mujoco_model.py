@@ -1,9 +1,14 @@
 """The recompiled MuJoCo model is Newton's, plus sensors."""
 
+import itertools
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
 
+from artigrasp.assets.object import load_object
+from artigrasp.config import StageConfig
 from artigrasp.kernels.layout import DOF_COUNT, LINK_COUNT
 from artigrasp.simulation.mujoco_model import compile_mujoco, model_layout
 from artigrasp.simulation.scene import HAND_BASE, build_newton_model, make_newton_solver
@@ -115,17 +120,23 @@ def test_bases_are_mocap_bodies(fixed_base: bool) -> None:
 
 
 def test_who_collides_with_whom() -> None:
-    """Hands collide with the object and each other, not with themselves or the table; the object with the table."""
-    scene = open_scene(False, ("left", "right"))
+    """Objects with all but their own parts; hands with objects and each other, but not with what objects stand on."""
+    box = load_object("lidded-box")
+    stage = StageConfig(height=0.01, size=(0.5, 0.5))
+    scene = replace(open_scene(False, ("left", "right")), objects=(box, box), stage=stage)
     model = compile_mujoco(scene)
     data = mujoco.MjData(model)
-    layout = model_layout(model, scene)
-    # everything in one heap around the origin, sunk a little into the table
-    data.qpos[layout.object_qpos[0] + 2] = -0.005
+    # everything in one heap around the origin, sunk into stage and table
+    data.qpos[model_layout(model, scene).object_qpos + 2] = -0.005
     mujoco.mj_forward(model, data)
-    owner = [model.body(model.geom_bodyid[geom]).name.split("_")[0] for geom in range(model.ngeom)]
-    pairs = {tuple(sorted((owner[contact.geom1], owner[contact.geom2]))) for contact in data.contact}
-    assert pairs == {("left", "object0"), ("object0", "right"), ("left", "right"), ("object0", "world")}
+    owner = [
+        (model.body(body) if body else model.geom(geom)).name.split("_")[0]
+        for geom, body in enumerate(model.geom_bodyid)
+    ]
+    pairs = {frozenset((owner[contact.geom1], owner[contact.geom2])) for contact in data.contact}
+    hands, objects = ("left", "right"), ("object0", "object1")
+    expected = {hands, objects, *itertools.product(objects, (*hands, "table", "stage"))}
+    assert pairs == {frozenset(pair) for pair in expected}
 
 
 def test_parts_of_a_closed_object_do_not_push_each_other() -> None:

@@ -1,0 +1,89 @@
+"""What a search found in every trial, as a file from which a policy can learn.
+
+A demonstration is a decision: offsets along the synergies, held for an episode of the task that the file names, from
+the start that the reference gives. ``success`` says which of them are worth imitating.
+"""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from artigrasp.arrays import check_array, load_arrays, save_arrays
+from artigrasp.config import TaskConfig, from_dict, to_dict
+from artigrasp.errors import UserError
+from artigrasp.evaluation.evaluate import Evaluation
+from artigrasp.kernels.actions import SYNERGY_COUNT
+
+FORMAT, VERSION = "artigrasp.demonstrations", 1
+
+
+@dataclass(frozen=True)
+class Demonstrations:
+    """Decisions of a search; arrays are indexed [trial, ...]."""
+
+    task: TaskConfig
+    """The task that they are decisions in, whose action says what a unit of each offset is."""
+    object: NDArray[np.str_]
+    source: NDArray[np.str_]
+    """Where the reference came from, which names it among those of its object."""
+    goal_angle: NDArray[np.float64]
+    """Hinge angle to reach [rad]."""
+    offsets: NDArray[np.float32]
+    """Offsets of each of the task's hands in units of their scales, order ``SYNERGIES``, [trial, hand, 12]."""
+    success: NDArray[np.bool_]
+    """Whether the best of the first rollouts succeeds by the paper's criterion, [trial, rollout]."""
+    angle_error: NDArray[np.float64]
+    """Its final angle error, [trial, rollout], rad."""
+
+
+def demonstrations_of(evaluation: Evaluation[Any]) -> Demonstrations:
+    """The decisions of a controller that searches.
+
+    Raises:
+        ValueError: The controller searched for nothing.
+    """
+    if evaluation.found is None:
+        raise ValueError(f"{evaluation.controller}: expected a controller that searches")
+    return Demonstrations(
+        task=evaluation.task,
+        object=evaluation.outcomes.object,
+        source=evaluation.outcomes.source,
+        goal_angle=evaluation.trials.targets["goal_angle"],
+        **vars(evaluation.found),
+    )
+
+
+def save_demonstrations(path: Path, demonstrations: Demonstrations) -> None:
+    """Write a file of demonstrations, whole or not at all."""
+    arrays = {name: values for name, values in vars(demonstrations).items() if name != "task"}
+    save_arrays(path, FORMAT, VERSION, {**arrays, "task": np.array(json.dumps(to_dict(demonstrations.task)))})
+
+
+def load_demonstrations(path: Path) -> Demonstrations:
+    """Read a file of demonstrations.
+
+    Raises:
+        UserError: The file is missing, malformed or from a newer version; names the file and the field.
+    """
+    arrays = load_arrays(path, FORMAT, VERSION)
+    sizes: dict[str, int] = {}
+    try:
+        task = from_dict(TaskConfig, json.loads(str(arrays["task"])), source=f"{path}: task")
+        sizes["H"] = len(task.hands)
+        return Demonstrations(
+            task,
+            object=check_array("object", arrays["object"], ("N",), np.str_, sizes),
+            source=check_array("source", arrays["source"], ("N",), np.str_, sizes),
+            goal_angle=check_array("goal_angle", arrays["goal_angle"], ("N",), np.float64, sizes),
+            offsets=check_array("offsets", arrays["offsets"], ("N", "H", SYNERGY_COUNT), np.float32, sizes),
+            success=check_array("success", arrays["success"], ("N", "K"), np.bool_, sizes),
+            angle_error=check_array("angle_error", arrays["angle_error"], ("N", "K"), np.float64, sizes),
+        )
+    except KeyError as error:
+        raise UserError(f"{path}: {error.args[0]}: expected an array, found none") from None
+    except ValueError as error:
+        raise UserError(f"{path}: {error}") from None

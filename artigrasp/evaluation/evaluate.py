@@ -1,0 +1,207 @@
+"""Measuring: an experiment's trials in chunks, resumable, and shared between processes."""
+
+import dataclasses
+import hashlib
+import importlib.metadata
+import json
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Generic
+
+import numpy as np
+from numpy.typing import NDArray
+
+from artigrasp.arrays import load_arrays, save_arrays
+from artigrasp.config import SimulatorConfig, TaskConfig, to_dict
+from artigrasp.controllers.controller import Controller
+from artigrasp.controllers.rollout import Planner
+from artigrasp.controllers.search import FoundOffsets, SearchController
+from artigrasp.evaluation.experiment import Experiment, O, Trials
+from artigrasp.references.reference import ReferenceSet
+
+CHUNK_FORMAT, CHUNK_VERSION = "artigrasp.evaluation-chunk", 1
+_FOUND = "found_"
+"""What the names of a search's arrays begin with in a chunk."""
+_POLL_SECONDS = 0.5
+
+
+@dataclass(frozen=True)
+class Evaluation(Generic[O]):
+    """One controller measured on one set of trials."""
+
+    experiment: Experiment[O]
+    task: TaskConfig
+    controller: str
+    policy: str | None
+    rollout_count: int
+    """Episodes that the controller tried for each trial before the one that counts."""
+    objects: tuple[str, ...]
+    split: str
+    seed: int
+    settings: Mapping[str, Any]
+    """Physics settings and versions that the numbers depend on."""
+    trials: Trials
+    outcomes: O
+    wall_time: float
+    """Time that measuring took, summed over all processes [s]."""
+    found: FoundOffsets | None = None
+    """What a search found."""
+
+    @property
+    def label(self) -> str:
+        """The controller in tables, with the number of its rollouts if it searches."""
+        return f"{self.controller}, {self.rollout_count} rollouts" if self.rollout_count else self.controller
+
+
+@dataclass(frozen=True)
+class Shard:
+    """One of several processes that share the chunks of an evaluation."""
+
+    rank: int = 0
+    count: int = 1
+
+    @classmethod
+    def from_environment(cls) -> "Shard":
+        """What `torchrun` says in ``RANK`` and ``WORLD_SIZE``; without it, the only one."""
+        return cls(int(os.environ.get("RANK", 0)), int(os.environ.get("WORLD_SIZE", 1)))
+
+
+def evaluate(
+    controller: Controller,
+    references: Sequence[ReferenceSet],
+    experiment: Experiment[O],
+    *,
+    split: str,
+    seed: int = 0,
+    policy: str | None = None,
+    world_count: int = 512,
+    chunk_folder: Path | None = None,
+    shard: Shard = Shard(),
+    simulator: SimulatorConfig = SimulatorConfig(),
+    on_trial: Callable[[float, int], None] = lambda done, total: None,
+) -> Evaluation[O]:
+    """Measure a controller on the references of a split.
+
+    Hands start at their pre-grasp poses without noise, so the trials are the same for every controller; the results do
+    not depend on how they are cut into chunks, nor on the number of processes.
+
+    Args:
+        controller: What acts.
+        references: One set per object.
+        experiment: What is measured.
+        split: Split to measure.
+        seed: Seed of randomly drawn targets and of the environment.
+        policy: Path of the policy file, for the record.
+        world_count: Worlds that are simulated at once, at most; a search takes several for each trial.
+        chunk_folder: Where finished chunks are kept, so that an evaluation that was stopped can go on, and where
+            processes find each other's. The caller removes it.
+        shard: Which of the processes this is; they must share the folder.
+        simulator: Backend, device and threads.
+        on_trial: Called with the number of trials done, in fractions too, and of all.
+
+    Returns:
+        The measured trials of all processes. Every process waits for the others.
+
+    Raises:
+        UserError: An object has no reference of the split and the experiment's kinds.
+    """
+    chosen = [each.select(split=split, kind=experiment.kinds) for each in references]
+    trials = experiment.draw_trials(chosen, seed)
+    parallel = controller.parallel_count if isinstance(controller, Planner) else 1
+    size = max(1, world_count // parallel)
+    chunks = [slice(start, min(start + size, len(trials))) for start in range(0, len(trials), size)]
+    paths = [None] * len(chunks)
+    if chunk_folder is not None:
+        key = _fingerprint(controller, chosen, experiment, trials, seed, policy)
+        paths = [chunk_folder / f"{key}-{rows.start:06d}-{rows.stop:06d}.npz" for rows in chunks]
+
+    def run(rows: slice) -> dict[str, NDArray[Any]]:
+        part = trials[rows]
+        names = set(part.object.tolist())
+        began = time.perf_counter()
+        outcomes = experiment.run_trials(
+            controller,
+            [each for each in chosen if each.object in names],
+            part,
+            seed=seed,
+            simulator=simulator,
+            on_step=lambda done, total: on_trial(rows.start + len(part) * done / total, len(trials)),
+        )
+        arrays = {**outcomes.columns(), "wall_time": np.array([time.perf_counter() - began])}
+        if isinstance(controller, SearchController) and controller.found is not None:
+            arrays |= {_FOUND + name: values for name, values in vars(controller.found).items()}
+        return arrays
+
+    results: list[dict[str, NDArray[Any]] | None] = [None] * len(chunks)
+    for index, (rows, path) in enumerate(zip(chunks, paths, strict=True)):
+        if index % shard.count == shard.rank and (path is None or not path.is_file()):
+            results[index] = run(rows)
+            if path is not None:
+                save_arrays(path, CHUNK_FORMAT, CHUNK_VERSION, results[index])
+        on_trial(rows.stop, len(trials))
+    for index, path in enumerate(paths):
+        while path is not None and not path.is_file():
+            time.sleep(_POLL_SECONDS)
+        results[index] = results[index] or load_arrays(path, CHUNK_FORMAT, CHUNK_VERSION)
+    joined = {name: np.concatenate([each[name] for each in results]) for name in results[0]}
+    found = {name.removeprefix(_FOUND): joined.pop(name) for name in list(joined) if name.startswith(_FOUND)}
+    return Evaluation(
+        experiment=experiment,
+        task=controller.task,
+        controller=controller.name,
+        policy=policy,
+        rollout_count=controller.rollout_count,
+        objects=tuple(each.object for each in chosen),
+        split=split,
+        seed=seed,
+        settings=protocol_settings(controller, chosen),
+        trials=trials,
+        wall_time=float(joined.pop("wall_time").sum()),
+        outcomes=experiment.outcomes(**joined),
+        found=FoundOffsets(**found) if found else None,
+    )
+
+
+def protocol_settings(controller: Controller, references: Sequence[ReferenceSet]) -> dict[str, object]:
+    """What the numbers depend on besides the controller: the scene, its physics and package versions."""
+    task = controller.task
+    return {
+        "hand": references[0].hand,
+        "hands": list(task.hands),
+        "base": "fixed" if task.fixed_base else "free",
+        "episode_steps": task.episode_steps,
+        **to_dict(task.physics),
+        **{name: importlib.metadata.version(name) for name in ("newton", "mujoco", "warp-lang")},
+    }
+
+
+def _fingerprint(
+    controller: Controller,
+    references: Sequence[ReferenceSet],
+    experiment: Experiment[O],
+    trials: Trials,
+    seed: int,
+    policy: str | None,
+) -> str:
+    """Short name of everything that a trial's outcome depends on: a chunk of another evaluation is not taken up."""
+    words = {
+        "experiment": experiment.name,
+        "outcomes": [each.name for each in dataclasses.fields(experiment.outcomes)],
+        "task": to_dict(controller.task),
+        "controller": controller.name,
+        "settings": protocol_settings(controller, references),
+        "artigrasp": importlib.metadata.version("artigrasp"),
+        "seed": seed,
+    }
+    if isinstance(controller, SearchController):
+        words["search"] = [dataclasses.asdict(controller.settings), controller.objective, controller.seed]
+    digest = hashlib.sha256(json.dumps(words, sort_keys=True).encode())
+    if policy is not None and (path := Path(policy)).is_file():
+        digest.update(path.read_bytes())
+    for columns in ({"object": trials.object, "reference": trials.reference, **trials.targets}, *map(vars, references)):
+        for name, values in columns.items():
+            digest.update(name.encode() + np.ascontiguousarray(values).tobytes())
+    return digest.hexdigest()[:16]
