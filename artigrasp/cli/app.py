@@ -22,6 +22,7 @@ VERBS = (
     "demo",
     "list",
     "import-arctic",
+    "extract-references",
     "refine-references",
     "check-asset",
     "train",

@@ -1,6 +1,7 @@
 """Typed settings: pure data, which imports nothing but the standard library and the user's error."""
 
 from artigrasp.config.action import ActionConfig, ResidualConfig, SynergyConfig
+from artigrasp.config.extraction import ExtractionConfig
 from artigrasp.config.learning import PPOConfig
 from artigrasp.config.parse import from_dict, to_dict
 from artigrasp.config.physics import PDGain, PDGains, PhysicsConfig
@@ -14,6 +15,7 @@ from artigrasp.config.task_file import read_task, write_task
 
 __all__ = [
     "ActionConfig",
+    "ExtractionConfig",
     "PDGain",
     "PDGains",
     "PPOConfig",

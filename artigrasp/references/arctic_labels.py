@@ -193,17 +193,33 @@ def labelled_objects(path: Path) -> list[str]:
     return sorted(set(_read_compact_file(path, path.stat().st_mtime_ns)["object"].tolist()))
 
 
-def _from_compact_file(path: Path, name: str, sequences: _Sequences) -> Iterator[tuple[Label, LabelledFrame | None]]:
+def read_labels(source: ArcticSource, name: str) -> list[Label]:
+    """The labels of an object without what their frames show, each split in the order of its file.
+
+    Raises:
+        UserError: a file is malformed.
+    """
+    if source.labels is not None:
+        return [label for label, _ in _rows_of_compact_file(source.labels, name)]
+    return list(_from_release(source, name))
+
+
+def _rows_of_compact_file(path: Path, name: str) -> Iterator[tuple[Label, dict[str, Any]]]:
     rows = _read_compact_file(path, path.stat().st_mtime_ns)
     for index in np.flatnonzero(rows["object"] == name):
         row = {field: values[index] for field, values in rows.items()}
         recording = Recording(str(row["subject"]), str(row["sequence"]), row["split"] == IMAGES)
         label = Label(str(row["split"]), recording, str(row["kind"]), int(row["init_frame"]), int(row["grasp_frame"]))
         _check_label(label, name, f"{path}: row {index}")
+        yield label, row
+
+
+def _from_compact_file(path: Path, name: str, sequences: _Sequences) -> Iterator[tuple[Label, LabelledFrame | None]]:
+    for label, row in _rows_of_compact_file(path, name):
         both = {part: np.stack([row[f"{side}_{part}"] for side in HANDS]) for part in ("rot", "pose", "trans")}
         contacts = np.stack([row[f"{side}_contact"] for side in HANDS]) > 0
         # The camera's frame is not the world's.
-        initial = sequences.initial_state(label) if recording.reconstructed else row["object_init"]
+        initial = sequences.initial_state(label) if label.recording.reconstructed else row["object_init"]
         if initial is None:
             yield label, None
         else:

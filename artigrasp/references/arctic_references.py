@@ -24,8 +24,10 @@ TASKS = {
     "right_grasp": ("grasp", ("right",)),
     "left_grasp": ("grasp", ("left",)),
     "two_grasp": ("grasp", ("left", "right")),
+    "left_arti": ("articulate", ("left",)),
+    "two_arti": ("articulate", ("left", "right")),
 }
-"""Kind and active hands of each of the authors' kinds of label."""
+"""Kind and active hands of each of the authors' kinds of label; their splits have none of the last two."""
 
 NEVER_CLOSED = ("ketchup", "phone")
 """Objects that start at the hinge angle of the initial frame; all others start closed."""

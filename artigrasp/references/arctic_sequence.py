@@ -94,6 +94,32 @@ def sequence_files(source: ArcticSource, recording: Recording) -> list[Path]:
     return []
 
 
+def find_recordings(source: ArcticSource, object_name: str, *, reconstructed: bool = False) -> list[Recording]:
+    """The recordings of an object of which both hands and object are there, by subject and name.
+
+    Args:
+        source: The user's copy.
+        object_name: Name of the object.
+        reconstructed: Find the reconstructions from images instead.
+    """
+    folders = {
+        source.release: f"mano_double/s*{'_recon' if reconstructed else '[0-9]'}",
+        source.download: "raw_seqs/s[0-9][0-9]",
+    }
+    found = set()
+    for root, folder in folders.items():
+        for path in root.glob(f"{folder}/{object_name}_*.mano.npy") if root is not None else ():
+            number = path.parent.name.removesuffix("_recon")[1:]
+            recording = Recording(f"s{int(number)}" if number.isdigit() else "", path.name.split(".")[0], reconstructed)
+            try:
+                check_name(recording, object_name)
+            except ValueError:
+                continue
+            if sequence_files(source, recording):
+                found.add(recording)
+    return sorted(found, key=lambda each: (int(each.subject[1:]), each.sequence))
+
+
 def object_sequence_files(source: ArcticSource, object_name: str) -> list[Path]:
     """The files of all recordings of an object, sorted."""
     patterns = {
