@@ -154,7 +154,7 @@ def _check(folder: Path, *command: str) -> tuple[int, str]:
         ("kernels", "artigrasp.assets", "Layers import only what lies below them"),
         ("kernels", "torch", "Kernels stand alone"),
         ("tasks", "numpy", "Tasks are pure data"),
-        ("export", "artigrasp.simulation", "Export reads motion files and assets, and simulates nothing"),
+        ("export", "artigrasp.simulation", "Export reads motion files, references and assets, and simulates nothing"),
     ],
 )
 def test_forbidden_imports_are_caught(place: str, planted: str, contract: str, installed: Path) -> None:
