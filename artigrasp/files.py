@@ -2,12 +2,18 @@
 
 import operator
 import os
+import re
 import secrets
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from artigrasp.errors import UserError
+
+LEFTOVER_AGE = 3600.0
+"""A temporary file that is older belongs to a process that was killed [s]."""
+_TEMPORARY = re.compile(r"\..+\.[0-9a-f]{8}(\.\w+)?")
 
 
 @contextmanager
@@ -41,6 +47,15 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def remove_leftovers(folder: Path) -> None:
+    """Remove what processes that were killed in the middle of :func:`atomic_write` left below a folder."""
+    for path in folder.rglob(".*"):
+        # Others may remove it at the same time, or own it.
+        with suppress(OSError):
+            if _TEMPORARY.fullmatch(path.name) and path.is_file() and time.time() - path.stat().st_mtime > LEFTOVER_AGE:
+                path.unlink()
 
 
 def check_target(path: str | os.PathLike[str]) -> None:

@@ -1,12 +1,14 @@
 """Tests of writing whole files and of recognising them."""
 
+import os
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from artigrasp.errors import UserError
-from artigrasp.files import atomic_write, check_format, check_target
+from artigrasp.files import LEFTOVER_AGE, atomic_write, check_format, check_target, remove_leftovers
 
 
 def test_atomic_write_renames_when_whole(tmp_path: Path) -> None:
@@ -47,6 +49,24 @@ def test_a_target_can_be_checked_beforehand(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
     with pytest.raises(UserError, match="found a folder"):
         check_target(tmp_path)
+
+
+def test_leftovers_of_killed_processes_are_removed(tmp_path: Path) -> None:
+    """Old temporary files go, in folders below too; those that may be in use and all other files stay."""
+    names = []
+    for target in (tmp_path / "a.npz", tmp_path / "deeper" / "b.tar.gz", tmp_path / "c"):
+        with atomic_write(target) as temporary:
+            temporary.write_text("whole")
+        names.append(temporary)
+    others = [tmp_path / ".hidden", tmp_path / ".a.0123456z.npz", tmp_path / "a.01234567.npz"]
+    for age in (0.0, LEFTOVER_AGE + 60):
+        for path in (*names, *others):
+            path.write_text("half")
+            os.utime(path, (time.time() - age,) * 2)
+        remove_leftovers(tmp_path)
+        assert all(path.exists() for path in others)
+        assert all(path.exists() == (age == 0) for path in names)
+    assert (tmp_path / "a.npz").exists()
 
 
 def test_check_format_accepts_own_files() -> None:

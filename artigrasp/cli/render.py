@@ -33,7 +33,7 @@ class References:
     size: int = 200
     """Width and height of a picture [px]."""
     views: int = 2
-    """Pictures of each reference, from different sides: 1 or 2."""
+    """Pictures of each reference: 1, or 2, of which the second is from another side and nearer the hands."""
     columns: int | None = None
     """References in a row; by default such that the sheet is a little wider than high."""
     json: bool = False

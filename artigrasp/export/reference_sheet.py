@@ -24,6 +24,8 @@ CONTACT = (0.72, 0.03, 0.06)
 """Linear RGB of links that should touch the object."""
 CONTACT_WEIGHT, OBJECT_WEIGHT = 3.0, 0.05
 """How much it matters to see such links, and the object, each over that of other links."""
+CLOSE_UP = 1.2
+"""How much more than the hands the second picture holds."""
 LABEL_SHARE = 0.2
 """Height of a label over that of a picture."""
 WARNING: Rgb = (200, 60, 40)
@@ -39,7 +41,7 @@ class ReferencePictures:
     Args:
         references: The references.
         size: Width and height of a picture [px].
-        views: Pictures of each reference, from as many sides, 1 or 2.
+        views: Pictures of each reference: 1, of all there is, or 2, the second from another side and nearer the hands.
 
     Raises:
         UserError: the references' hand or object is not among the assets.
@@ -76,11 +78,15 @@ class ReferencePictures:
     def render(self, row: int) -> NDArray[np.uint8]:
         """Render a reference: sRGB, shape ``[size, views * size, 3]``."""
         surface, colours, weights = self.scene(row)
+        hands = surface.vertices[np.unique(surface.faces[weights > OBJECT_WEIGHT])]
+        middle = hands.mean(axis=0)
         pictures = [
-            render_surface(
-                surface, colours, look_at(surface.vertices, direction, 1.0), width=self._size, height=self._size
+            render_surface(surface, colours, look_at(points, direction, 1.0), width=self._size, height=self._size)
+            for direction, points in zip(
+                telling_directions(surface, weights, self._views),
+                (surface.vertices, middle + CLOSE_UP * (hands - middle)),
+                strict=False,
             )
-            for direction in telling_directions(surface, weights, self._views)
         ]
         return np.concatenate(pictures, axis=1)
 
@@ -106,7 +112,8 @@ def render_references(
         numbers: What to call each reference of each set; from 0 by default.
         title: What is said above.
         size: Width and height of a picture [px].
-        views: Pictures of each reference, from the sides that show most of the hands, 1 or 2.
+        views: Pictures of each reference: 1, of all there is from where most of the hands is seen, or 2, the second
+            from another side and nearer the hands.
         columns: References in a row; by default such that the sheet is about square.
         progress: Called after each reference with the number of those that are done and that of all.
 

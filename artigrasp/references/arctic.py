@@ -23,6 +23,7 @@ from artigrasp.assets.hand import write_hand
 from artigrasp.assets.library import SUFFIX, AssetKind, import_root
 from artigrasp.assets.object import read_object, write_object
 from artigrasp.errors import UserError, unknown
+from artigrasp.files import remove_leftovers
 from artigrasp.kernels.layout import HANDS, PARTS
 from artigrasp.references.arctic_labels import label_files, labelled_objects, read_labelled_frames
 from artigrasp.references.arctic_references import make_references
@@ -98,6 +99,7 @@ def import_arctic(
     run.make_hands(mano)
     run.make_objects([name for name in wanted if name in shaped], processes)
     run.make_references()
+    remove_leftovers(run.report.destination)
     if not run.report.written and not run.report.unchanged:
         raise UserError(f"{path}: nothing can be made of this: {'; '.join(run.report.skipped)}")
     return run.report
