@@ -21,6 +21,9 @@ class Protocol:
     """Whether a policy may not have been trained on any of the objects."""
 
 
+EXPERIMENTS: dict[str, Experiment[Any]] = {each.name: each for each in (ARTICULATION,)}
+"""All experiments by name."""
+
 PROTOCOLS = {
     each.name: each
     for each in (

@@ -34,6 +34,7 @@ def metrics_dict(evaluation: Evaluation[Any]) -> dict[str, Any]:
         "objects": list(evaluation.objects),
         "split": evaluation.split,
         "seed": evaluation.seed,
+        "targets": list(evaluation.trials.targets),
         "trials": len(outcomes),
         "references": len(np.unique(outcomes.groups)),
         "failed": int(outcomes.failed.sum()),

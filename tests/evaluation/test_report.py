@@ -63,6 +63,7 @@ def test_metrics_are_what_other_programs_expect(evaluation: Evaluation[Articulat
         "objects": ["box", "laptop"],
         "split": "test",
         "seed": 4,
+        "targets": ["goal_angle"],
         "trials": 6,
         "references": 3,
         "failed": 1,

@@ -1,0 +1,77 @@
+"""Episodes whose states are written by hand, measured by the code that measures simulated ones."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import warp as wp
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+from artigrasp.environment.environment import Environment
+from artigrasp.environment.worlds import trial_worlds
+from artigrasp.tasks import get_task
+from tests.example_references import box_references
+
+STEP_COUNT = 40
+
+
+class Trajectory:
+    """States of an object after each control step; it rests, closed and where it started, unless told otherwise."""
+
+    def __init__(
+        self,
+        *,
+        angle: ArrayLike = 0.0,
+        position: ArrayLike = (0.0, 0.0, 0.0),
+        rotation: ArrayLike = (0.0, 0.0, 0.0),
+        start_angle: float = 0.0,
+    ) -> None:
+        """Hinge angles [step], displacements of the base and its rotation vectors [step, 3], or one for all steps."""
+        self.start_angle = start_angle
+        self.angle = np.broadcast_to(np.asarray(angle, float), STEP_COUNT)
+        self.position = np.broadcast_to(np.asarray(position, float), (STEP_COUNT, 3))
+        self.rotation = Rotation.from_rotvec(np.broadcast_to(np.asarray(rotation, float), (STEP_COUNT, 3)).copy())
+
+
+def through(*values: ArrayLike) -> NDArray[np.float64]:
+    """Straight lines through values, the last of which is reached at the last step and held for a while."""
+    points = np.array(values, dtype=float)
+    times = np.linspace(0.0, 0.8 * STEP_COUNT, len(points))
+    steps = np.arange(1, STEP_COUNT + 1)
+    columns = points.reshape(len(points), -1).T
+    return np.stack([np.interp(steps, times, column) for column in columns], axis=-1).reshape(-1, *points.shape[1:])
+
+
+def play(trajectories: list[Trajectory], goal_angle: float, flip_quaternions: bool = False) -> Environment:
+    """An environment in which every trajectory was one world's episode.
+
+    Args:
+        trajectories: What happens.
+        goal_angle: Target of all of them [rad].
+        flip_quaternions: Whether every second state has the quaternion of the other sign, which means the same.
+    """
+    references = box_references().select(indices=np.zeros(len(trajectories), int))
+    references = replace(references, object_angle=np.array([each.start_angle for each in trajectories]))
+    task = replace(get_task("right-fixed"), episode_steps=STEP_COUNT)
+    environment = Environment(task, [references], trial_worlds([references], [goal_angle]), noise=False)
+    environment.reset()
+    objects = environment.state.objects
+    start = objects.pose.numpy().copy()
+
+    def write_state(apply_torques: Callable[[slice], None]) -> None:
+        step = int(environment.step_count.numpy()[0])
+        pose = start.copy()
+        pose[:, :3] += [each.position[step] for each in trajectories]
+        turns = Rotation.concatenate([each.rotation[step] for each in trajectories])
+        pose[:, 3:] = (turns * Rotation.from_quat(start[:, 3:])).as_quat()
+        if flip_quaternions and step % 2:
+            pose[:, 3:] *= -1.0
+        objects.pose.assign(pose)
+        objects.hinge_q.assign(np.array([each.angle[step] for each in trajectories], dtype=np.float32))
+
+    environment.simulation.step = write_state  # type: ignore[method-assign]
+    action = wp.zeros((len(trajectories), 1, environment.action_count), dtype=float)
+    for _ in range(STEP_COUNT):
+        environment.step(action)
+    return environment
