@@ -27,6 +27,7 @@ VERBS = (
     "check-asset",
     "train",
     "evaluate",
+    "compare",
     "generate",
     "render",
     "export-usd",

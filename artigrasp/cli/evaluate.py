@@ -54,7 +54,7 @@ class Options:
     baselines: tuple[str, ...] = ()
     """Further controllers, measured on the same trials."""
     search: int = 0
-    """Rollouts of a search around the controller for every trial; the result has a row of its own."""
+    """Rollouts of a search around the controller, for every trial; it no longer acts alone then, and says so."""
     goal_angles: tuple[float, ...] | None = None
     """Target angles of articulation instead of the protocol's [rad]."""
     seed: int = 0
@@ -78,7 +78,7 @@ def run(options: Options) -> int:
     check_target(options.out / "metrics.json")
 
     start_warp()
-    from artigrasp.controllers.library import load_controller, search_around
+    from artigrasp.controllers.library import load_controller
     from artigrasp.controllers.policy_file import load_policy
     from artigrasp.evaluation.articulation import ARTICULATION, toward
     from artigrasp.evaluation.evaluate import Shard, evaluate
@@ -98,10 +98,11 @@ def run(options: Options) -> int:
         if seen:
             raise UserError(f"objects: expected objects that {policy} has not seen, found {', '.join(sorted(seen))}")
     task = played_task(options.task, policy)
-    names = dict.fromkeys((options.controller, *options.baselines))
-    controllers = [load_controller(name, task=task, policy=policy, seed=options.seed) for name in names]
-    if options.search:
-        controllers.insert(0, search_around(controllers[0], options.search, options.seed))
+    wanted = {options.controller: options.search, **dict.fromkeys(options.baselines, 0)}
+    controllers = [
+        load_controller(name, task=task, policy=policy, search=search, seed=options.seed)
+        for name, search in wanted.items()
+    ]
     shard = Shard.from_environment()
     threads = options.simulator.threads or max(1, (os.cpu_count() or 1) // shard.count)
 

@@ -28,13 +28,16 @@ class Options:
     target_angle: float = 1.0
     """Hinge angle to reach [rad]."""
     controller: str | None = None
-    """What acts: policy, pd-ik or zero (the task's prior alone); by default the policy if there is one, else pd-ik."""
+    """What acts: policy, pd-ik, search (64 rollouts around pd-ik) or zero (the task's prior alone); by default the
+    policy if there is one, else pd-ik."""
     policy: str | None = None
     """Policy of the controller "policy": a file, or a name of `artigrasp list policies`."""
     task: str | None = None
     """Task to play: by default the policy's, without one right-fixed."""
+    search: int = 0
+    """Rollouts of a search around what acts; the best of them is played."""
     seed: int = 0
-    """Seed of the environment."""
+    """Seed of the environment and of a search."""
     out: Path = Path("motion.npz")
     """Motion file to write."""
     simulator: SimulatorConfig = SimulatorConfig()
@@ -64,7 +67,8 @@ def run(options: Options) -> int:
     from artigrasp.motion.generate import generate
 
     name = options.controller or ("pd-ik" if policy is None else "policy")
-    controller = load_controller(name, task=played_task(options.task, policy), policy=policy)
+    task = played_task(options.task, policy)
+    controller = load_controller(name, task=task, policy=policy, search=options.search, seed=options.seed)
     with progress_bar("Simulating", hidden=options.json) as progress:
         motion = generate(
             controller,
@@ -73,6 +77,7 @@ def run(options: Options) -> int:
             seed=options.seed,
             simulator=options.simulator,
             on_step=lambda step: progress("", step, controller.task.episode_steps),
+            on_plan=lambda done, total: progress("searching", done, total),
         )
     save_motion(options.out, motion)
     if options.json:

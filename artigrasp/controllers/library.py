@@ -16,39 +16,36 @@ SEARCH_ROLLOUTS = 64
 """Rollouts of a search for which no other number is given."""
 
 
-def load_controller(name: str, *, task: TaskConfig, policy: Path | None = None, seed: int = 0) -> Controller:
+def load_controller(
+    name: str, *, task: TaskConfig, policy: Path | None = None, search: int = 0, seed: int = 0
+) -> Controller:
     """Make a controller.
 
     Args:
-        name: One of ``CONTROLLERS``.
+        name: One of ``CONTROLLERS``; ``search`` is a search around PD+IK.
         task: Scene of a controller that has no policy; a policy brings its own task.
         policy: Policy file of the controller ``policy``.
+        search: Rollouts of a search around the controller, see :class:`SearchController`; 0 for none, which for the
+            controller ``search`` means ``SEARCH_ROLLOUTS``.
         seed: Of a search.
 
     Raises:
         UserError: The name is unknown, or the policy file is missing or unfit.
     """
+    rollouts = search
+    controller: Controller
     if name == "policy":
         if policy is None:
             raise UserError("controller: 'policy' needs a policy file: name one with --policy")
-        return PolicyController(load_policy(policy))
-    if name == "pd-ik":
-        return pd_ik_controller(task)
-    if name == "zero":
-        return ZeroController(task)
-    if name == "search":
-        return search_around(pd_ik_controller(task), SEARCH_ROLLOUTS, seed)
-    raise unknown("controller", name, CONTROLLERS)
-
-
-def search_around(controller: Controller, rollouts: int, seed: int = 0) -> Controller:
-    """A search for offsets around what a controller does, see :class:`SearchController`.
-
-    Args:
-        controller: What is improved.
-        rollouts: Episodes that are tried for every trial; 0 leaves the controller as it is.
-        seed: Of the candidates.
-    """
+        controller = PolicyController(load_policy(policy))
+    elif name == "pd-ik":
+        controller = pd_ik_controller(task)
+    elif name == "zero":
+        controller = ZeroController(task)
+    elif name == "search":
+        controller, rollouts = pd_ik_controller(task), search or SEARCH_ROLLOUTS
+    else:
+        raise unknown("controller", name, CONTROLLERS)
     if rollouts == 0:
         return controller
     return SearchController(controller, CrossEntropySettings(rollouts=rollouts), seed=seed)

@@ -130,15 +130,15 @@ def compare(first: Run, second: Run) -> Comparison:
     experiment = EXPERIMENTS[names[0]]
     columns = {f"{experiment.success.key}_{name}": f"success_{name}" for name in CRITERIA}
     columns |= {metric.key: metric.column for metric in experiment.metrics}
-    values = {
-        name: tuple(_numbers(run, keys, column) for run in (first, second)) for name, column in columns.items()
-    }
+    values = {name: tuple(_numbers(run, keys, column) for run in (first, second)) for name, column in columns.items()}
     objects = np.array([key[0] for key in keys])
     groups = np.unique([f"{key[0]} {key[1]}" for key in keys], return_inverse=True)[1]
 
     def differences(rows: NDArray[np.bool_]) -> dict[str, Difference]:
         return {
-            name: Difference(float(a[rows].mean()), float(b[rows].mean()), estimate_mean(a[rows] - b[rows], groups[rows]))
+            name: Difference(
+                float(a[rows].mean()), float(b[rows].mean()), estimate_mean(a[rows] - b[rows], groups[rows])
+            )
             for name, (a, b) in values.items()
         }
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from artigrasp.config import ActionConfig, SimulatorConfig
 from artigrasp.controllers.controller import Controller
-from artigrasp.controllers.rollout import run_episode
+from artigrasp.controllers.rollout import OnPlan, run_episode
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.worlds import trial_worlds
 from artigrasp.motion.file import Motion, MotionReference
@@ -25,6 +25,7 @@ def generate(
     seed: int = 0,
     simulator: SimulatorConfig = SimulatorConfig(),
     on_step: Callable[[int], None] = lambda step: None,
+    on_plan: OnPlan = lambda done, total: None,
 ) -> Motion:
     """Simulate one episode and record it.
 
@@ -35,6 +36,7 @@ def generate(
         seed: Seed of the environment; hands start without noise.
         simulator: Backend, device and threads.
         on_step: Called with the control steps done, for progress.
+        on_plan: Called while a search plans.
 
     Returns:
         One sample per control step and one for the start.
@@ -49,7 +51,7 @@ def generate(
         recorder.record(step)
         on_step(step)
 
-    run_episode(environment, controller, record)
+    run_episode(environment, controller, record, on_plan)
     return recorder.motion(controller, seed)
 
 
@@ -99,6 +101,7 @@ class MotionRecorder:
             provenance={
                 "task": task.name,
                 "controller": controller.name,
+                "rollouts": str(controller.rollout_count),
                 "reference": str(reference.source[environment.reference_rows()[world]]),
                 "seed": str(seed),
                 **{name: importlib.metadata.version(name) for name in ("artigrasp", "newton", "mujoco", "warp-lang")},
