@@ -1,7 +1,8 @@
 """Actions to PD targets: a prior, slow synergy offsets and a fast residual, added up.
 
 The paper's action (Section 4.2 and the authors' release) is ``WRIST_REFERENCE`` with ``FINGERS_CURRENT`` and the
-residual alone. ``WRIST_HINGE`` with ``FINGERS_REFERENCE`` and no residual is the PD+IK baseline.
+residual alone. ``WRIST_HINGE`` with ``FINGERS_REFERENCE`` and no residual is the PD+IK baseline. The other priors are
+those of the phases between and after grasps (Section 5, Sequence Generation).
 """
 
 from collections.abc import Sequence
@@ -9,19 +10,36 @@ from collections.abc import Sequence
 import numpy as np
 import warp as wp
 
-from .kinematics import part_pose
-from .layout import DOFS, FINGER_DOF_COUNT, WRIST_DOF_COUNT
-from .rotations import offset_pose, quat_to_euler_xyz_near, quat_to_rotation_vector, rotation_vector_to_quat
-from .states import Goal, HandState, ObjectModel, ObjectState
+from .layout import DOFS, FINGER_DOF_COUNT, HANDS, KEYPOINTS, WRIST_DOF_COUNT
+from .rotations import offset_pose, quat_to_euler_xyz_near
+from .states import Goal, HandState, ObjectModel, ObjectState, PhaseState
 from .torques import dof_group
+from .wrist_priors import (
+    blend_poses,
+    fraction_between,
+    manipulated_part_pose_at,
+    move_around,
+    move_away,
+    planned_object_pose,
+    shift_pose,
+    smooth_step,
+)
 
 wp.set_module_options({"enable_backward": False})
 
-WRIST_REFERENCE, WRIST_HINGE = 0, 1
-"""Wrist priors: the reference position on the part as it is, with the current rotation; or the reference pose on the
-part as it will be a little nearer to the goal angle, approached from where the hand started."""
-FINGERS_CURRENT, FINGERS_REFERENCE = 0, 1
-"""Finger priors: the current angles; or angles that close from a fraction of the reference to the reference."""
+WRIST_PRIORS = ("reference", "hinge", "transport", "retreat", "transit")
+"""Wrist priors.
+
+- reference: the reference position on the part as it is, with the current rotation;
+- hinge: the reference pose on the part as it will be a little nearer to the goal angle, approached from where the hand
+  began the phase;
+- transport: the pose in which the hand began the phase, carried along with the object on its way to its goal;
+- retreat: away from the object, along the direction in which the wrist is seen from it;
+- transit: around the object to where the reference is approached from, or where a hand that takes no part waits.
+"""
+FINGER_PRIORS = ("current", "reference", "closed", "opening")
+"""Finger priors: the current angles; angles that close from open to the reference; the reference; angles that open
+again."""
 
 FINGER_SYNERGIES = ("finger_flexion", "thumb1_x", "thumb1_y", "thumb1_z", "thumb_flexion")
 WRIST_SYNERGIES = ("wrist_tx", "wrist_ty", "wrist_tz", "wrist_rx", "wrist_ry", "wrist_rz")
@@ -29,55 +47,80 @@ SYNERGIES = (*WRIST_SYNERGIES, *FINGER_SYNERGIES, "lead")
 """The 12 slow offsets: of the wrist in the manipulated part's frame, of the fingers, and of the lead on the hinge."""
 SYNERGY_COUNT = len(SYNERGIES)
 
-_WRIST_HINGE = wp.constant(WRIST_HINGE)
-_FINGERS_REFERENCE = wp.constant(FINGERS_REFERENCE)
+_REFERENCE, _HINGE, _TRANSPORT, _RETREAT, _TRANSIT = (wp.constant(row) for row in range(len(WRIST_PRIORS)))
+_CURRENT, _CLOSING, _CLOSED, _OPENING = (wp.constant(row) for row in range(len(FINGER_PRIORS)))
 _WRIST_DOF_COUNT = wp.constant(WRIST_DOF_COUNT)
 _FIRST_FINGER_SYNERGY = wp.constant(len(WRIST_SYNERGIES))
 _LEAD = wp.constant(SYNERGIES.index("lead"))
+_PALM = wp.constant(KEYPOINTS.index("middle1"))
 
 
-def finger_synergy_basis(hands: Sequence[str], flexion_scale: float, thumb_scale: float) -> np.ndarray:
-    """Change of the finger angles per unit of each finger synergy.
+def finger_synergy_basis(hands: Sequence[str]) -> np.ndarray:
+    """Change of the finger angles per radian of each finger synergy: the common flexion, then four of the thumb.
 
     Flexion turns about z, positive on a right hand; the two outer thumb joints flex about the axis midway between
     -y and z. Turns about y and z change sign on a left hand.
 
     Args:
         hands: sides in the scene's order, each ``"left"`` or ``"right"``.
-        flexion_scale: common flexion of the four fingers, rad per unit.
-        thumb_scale: each of the thumb's four offsets, rad per unit.
 
     Returns:
-        [H, 5, 45] angles, rad per unit.
+        [H, 5, 45] angles, rad per rad.
     """
     angles = DOFS[WRIST_DOF_COUNT:]
     basis = np.zeros((len(FINGER_SYNERGIES), FINGER_DOF_COUNT), dtype=np.float32)
     for column, name in enumerate(angles):
         if not name.startswith("thumb") and name.endswith("_rz"):
-            basis[0, column] = flexion_scale
+            basis[0, column] = 1.0
     for row, axis in enumerate("xyz", start=1):
-        basis[row, angles.index(f"thumb1_r{axis}")] = thumb_scale
+        basis[row, angles.index(f"thumb1_r{axis}")] = 1.0
     for joint in ("thumb2", "thumb3"):
-        basis[4, angles.index(f"{joint}_ry")] = -thumb_scale * np.sqrt(0.5)
-        basis[4, angles.index(f"{joint}_rz")] = thumb_scale * np.sqrt(0.5)
+        basis[4, angles.index(f"{joint}_ry")] = -np.sqrt(0.5)
+        basis[4, angles.index(f"{joint}_rz")] = np.sqrt(0.5)
     mirror = np.where([name.endswith("_rx") for name in angles], 1.0, -1.0)
     return np.stack([basis if hand == "right" else basis * mirror for hand in hands]).astype(np.float32)
 
 
+def hand_backs(hands: Sequence[str]) -> np.ndarray:
+    """Directions in which hands draw back from what is before palm and fingertips, in the wrist's frame.
+
+    Args:
+        hands: sides in the scene's order, each ``"left"`` or ``"right"``.
+
+    Returns:
+        [H, 3] unit vectors.
+    """
+    # a right hand's fingers point to -x and its palm to -y
+    back = np.sqrt(0.5) * np.array([[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0]], dtype=np.float32)
+    return back[[HANDS.index(hand) for hand in hands]]
+
+
 @wp.struct
 class ActionSettings:
-    """How actions are scaled and which priors they are added to.
+    """How actions are scaled in a phase and which priors they are added to.
 
     Attributes:
-        wrist_prior: `WRIST_REFERENCE` or `WRIST_HINGE`.
-        finger_prior: `FINGERS_CURRENT` or `FINGERS_REFERENCE`.
-        approach_steps: control steps over which `WRIST_HINGE` moves from the start pose to the reference.
-        close_start, close_end: control steps between which `FINGERS_REFERENCE` closes.
-        open_fraction: fraction of the reference angles before closing.
-        lead: how far `WRIST_HINGE` runs ahead of the hinge towards the goal, at most, rad.
+        wrist_prior: index into `WRIST_PRIORS`.
+        finger_prior: index into `FINGER_PRIORS`.
+        approach_steps: control steps over which the wrist moves from where it began the phase: to the reference with
+            the prior hinge, back with retreat, around with transit.
+        approach_arc: how far the way of the prior hinge bows to the back and wrist of the hand, which so comes in with
+            palm and fingertips, m.
+        close_start, close_end: control steps between which the fingers close or open.
+        open_fraction: fraction of the reference angles of open fingers.
+        squeeze: how far closed fingers are asked to flex beyond the reference, rad.
+        press: how far a wrist is moved towards the other hand as the fingers close, if both take part, m.
+        lead: how far the prior hinge runs ahead of the hinge towards the goal, at most, rad.
         lead_start, lead_end: control steps between which the lead grows from zero to its full size, so that the hand
             arrives and closes before it pulls.
+        speed, turn_speed: of the prior transport, m and rad per control step.
+        position_feedback: share of the object's distance from its planned position that the prior transport adds.
+        retreat_distance: of the prior retreat, m.
+        pregrasp_distance, idle_distance: from the reference where the prior transit ends, m, for hands that take part
+            and those that do not.
+        wrist_clearance: least height of the wrist over the table with the priors retreat and transit, m.
         wrist_translation_scale, wrist_rotation_scale: m and rad per unit of a wrist synergy.
+        flexion_scale, thumb_scale: rad per unit of the finger synergies.
         lead_scale: rad per unit of the lead synergy.
         residual_scale: m, rad and rad per unit of the residual of each of `DOF_GROUPS`.
     """
@@ -85,35 +128,120 @@ class ActionSettings:
     wrist_prior: int
     finger_prior: int
     approach_steps: float
+    approach_arc: float
     close_start: float
     close_end: float
     open_fraction: float
+    squeeze: float
+    press: float
     lead: float
     lead_start: float
     lead_end: float
+    speed: float
+    turn_speed: float
+    position_feedback: float
+    retreat_distance: float
+    pregrasp_distance: float
+    idle_distance: float
+    wrist_clearance: float
     wrist_translation_scale: float
     wrist_rotation_scale: float
+    flexion_scale: float
+    thumb_scale: float
     lead_scale: float
     residual_scale: wp.vec3
 
 
 @wp.func
-def fraction_between(value: float, start: float, end: float) -> float:
-    """Where a value lies between start and end, in [0, 1]; a step at ``end`` when they are equal."""
-    if value >= end:
-        return 1.0
-    return wp.clamp((value - start) / (end - start), 0.0, 1.0)
+def closed_fraction(settings: ActionSettings, now: float, active: int) -> float:
+    """How far the fingers of a hand should be closed, from 0, which is open, to 1."""
+    closed = fraction_between(now, settings.close_start, settings.close_end)
+    if settings.finger_prior == _CLOSED:
+        closed = 1.0
+    elif settings.finger_prior == _OPENING:
+        closed = 1.0 - closed
+    return wp.where(active != 0, closed, 0.0)
 
 
 @wp.func
-def blend_poses(start: wp.transform, end: wp.transform, fraction: float) -> wp.transform:
-    """Straight line between positions and shortest turn between rotations."""
-    start_rotation = wp.transform_get_rotation(start)
-    turn = quat_to_rotation_vector(wp.quat_inverse(start_rotation) * wp.transform_get_rotation(end))
-    return wp.transform(
-        wp.lerp(wp.transform_get_translation(start), wp.transform_get_translation(end), fraction),
-        start_rotation * rotation_vector_to_quat(fraction * turn),
+def direction_to_other_hand(hand_state: HandState, goal: Goal, world: int, hand: int) -> wp.vec3:
+    """Unit vector from the palm of a hand to that of the other; zero unless both take part."""
+    direction = wp.vec3()
+    for other in range(goal.active.shape[1]):
+        if other != hand and goal.active[world, hand] != 0 and goal.active[world, other] != 0:
+            direction = wp.normalize(hand_state.keypoint[world, other, _PALM] - hand_state.keypoint[world, hand, _PALM])
+    return direction
+
+
+@wp.func
+def wrist_reference(
+    hand_state: HandState,
+    object_state: ObjectState,
+    object_model: ObjectModel,
+    goal: Goal,
+    settings: ActionSettings,
+    now: float,
+    synergy: wp.array3d[float],
+    world: int,
+    hand: int,
+) -> wp.transform:
+    """The reference wrist frame in the world, with its synergies, on the part as it is or a little ahead."""
+    angle = object_state.hinge_q[world]
+    if settings.wrist_prior == _HINGE:
+        lead = wp.max(settings.lead + settings.lead_scale * synergy[world, hand, _LEAD], 0.0)
+        lead = lead * fraction_between(now, settings.lead_start, settings.lead_end)
+        angle = angle + wp.clamp(goal.angle[world] - angle, -lead, lead)
+    wrist_in_part = offset_pose(
+        goal.wrist_pose_in_part[world, hand],
+        settings.wrist_translation_scale
+        * wp.vec3(synergy[world, hand, 0], synergy[world, hand, 1], synergy[world, hand, 2]),
+        settings.wrist_rotation_scale
+        * wp.vec3(synergy[world, hand, 3], synergy[world, hand, 4], synergy[world, hand, 5]),
     )
+    return manipulated_part_pose_at(object_state, object_model, goal, world, hand, angle) * wrist_in_part
+
+
+@wp.func
+def wrist_prior(
+    reference: wp.transform,
+    hand_state: HandState,
+    object_state: ObjectState,
+    goal: Goal,
+    phase: PhaseState,
+    settings: ActionSettings,
+    hand_back: wp.array[wp.vec3],
+    now: float,
+    world: int,
+    hand: int,
+) -> wp.transform:
+    """Where the prior takes the wrist, in the world, from the reference and from where the hand began the phase."""
+    start = hand_state.hand_base[world, hand]
+    origin = wp.transform_get_translation(object_state.pose[world])
+    target = start
+    if settings.wrist_prior == _TRANSPORT:
+        plan = planned_object_pose(phase, goal, world, now, settings.speed, settings.turn_speed)
+        held = wp.transform_inverse(phase.start_object_pose[world]) * start
+        if goal.active[world, hand] != 0:
+            held = wp.transform_inverse(object_state.pose[world]) * reference
+        target = plan * held
+        target = shift_pose(target, settings.position_feedback * (wp.transform_get_translation(plan) - origin))
+    elif settings.wrist_prior == _TRANSIT:
+        distance = wp.where(goal.active[world, hand] != 0, settings.pregrasp_distance, settings.idle_distance)
+        end = move_away(reference, origin, distance, settings.wrist_clearance)
+        target = move_around(start, end, origin, smooth_step(now, settings.approach_steps), settings.wrist_clearance)
+    elif goal.active[world, hand] != 0:
+        if settings.wrist_prior == _RETREAT:
+            start_origin = wp.transform_get_translation(phase.start_object_pose[world])
+            distance = settings.retreat_distance * smooth_step(now, settings.approach_steps)
+            target = move_away(start, start_origin, distance, settings.wrist_clearance)
+        elif settings.wrist_prior == _HINGE:
+            reached = smooth_step(now, settings.approach_steps)
+            target = blend_poses(start, reference, reached)
+            back = wp.quat_rotate(wp.transform_get_rotation(target), hand_back[hand])
+            target = shift_pose(target, settings.approach_arc * 4.0 * reached * (1.0 - reached) * back)
+        else:
+            target = reference
+    return target
 
 
 @wp.kernel
@@ -122,9 +250,10 @@ def pd_targets(
     object_state: ObjectState,
     object_model: ObjectModel,
     goal: Goal,
-    settings: ActionSettings,
+    phase: PhaseState,
+    phase_settings: wp.array[ActionSettings],
     synergy_basis: wp.array3d[float],
-    step: wp.array[int],
+    hand_back: wp.array[wp.vec3],
     synergy: wp.array3d[float],
     residual: wp.array3d[float],
     target: wp.array3d[float],
@@ -132,71 +261,53 @@ def pd_targets(
     """PD targets of every hand; launch with ``dim=(W, H)``.
 
     The wrist target is relative to the hand base, its angles are the ones nearest to the current ones, and all are
-    clamped to the goal's effective limits. A hand that takes no part holds the pose in which it was reset.
+    clamped to the goal's effective limits. A hand that takes no part stays where it began the phase, unless the prior
+    carries it along with the object or takes it to where it waits.
 
     Args:
-        hand_state, object_state, object_model, goal: see `states`.
-        settings: priors and scales.
+        hand_state, object_state, object_model, goal, phase: see `states`.
+        phase_settings: [P] priors and scales of every phase.
         synergy_basis: [H, 5, 45] of `finger_synergy_basis`.
-        step: [W] control steps since the reset.
+        hand_back: [H] of `hand_backs`.
         synergy: [W, H, 12] offsets in units of their scales, order `SYNERGIES`.
         residual: [W, H, 51] offsets in units of their scales.
         target: [W, H, 51] output, m and rad.
     """
     world, hand = wp.tid()
-    now = float(step[world])
+    settings = phase_settings[phase.index[world]]
+    now = float(phase.step[world])
     active = goal.active[world, hand]
     finger_dof_count = goal.finger_angles.shape[2]
 
-    # Wrist: the reference on the part, seen from the base.
-    part = goal.part[world, hand]
-    angle = object_state.hinge_q[world]
-    if settings.wrist_prior == _WRIST_HINGE:
-        lead = wp.max(settings.lead + settings.lead_scale * synergy[world, hand, _LEAD], 0.0)
-        lead = lead * fraction_between(now, settings.lead_start, settings.lead_end)
-        angle = angle + wp.clamp(goal.angle[world] - angle, -lead, lead)
-    part_in_world = part_pose(
-        object_state.pose[world], object_model.hinge_origin[world], object_model.hinge_axis[world], angle, part
-    )
-    wrist_in_part = offset_pose(
-        goal.wrist_pose_in_part[world, hand],
-        settings.wrist_translation_scale
-        * wp.vec3(synergy[world, hand, 0], synergy[world, hand, 1], synergy[world, hand, 2]),
-        settings.wrist_rotation_scale
-        * wp.vec3(synergy[world, hand, 3], synergy[world, hand, 4], synergy[world, hand, 5]),
-    )
-    wrist_in_base = wp.transform_inverse(hand_state.hand_base[world, hand]) * part_in_world * wrist_in_part
+    reference = wrist_reference(hand_state, object_state, object_model, goal, settings, now, synergy, world, hand)
+    closed = closed_fraction(settings, now, active)
+    wrist = wrist_prior(reference, hand_state, object_state, goal, phase, settings, hand_back, now, world, hand)
+    wrist = shift_pose(wrist, closed * settings.press * direction_to_other_hand(hand_state, goal, world, hand))
+    wrist_in_base = wp.transform_inverse(hand_state.hand_base[world, hand]) * wrist
     current_angles = wp.vec3(
         hand_state.joint_q[world, hand, 3], hand_state.joint_q[world, hand, 4], hand_state.joint_q[world, hand, 5]
     )
-    wrist_angles = current_angles
-    if settings.wrist_prior == _WRIST_HINGE:
-        # The base frame is the pose in which the hand was reset.
-        reached = fraction_between(now, 0.0, settings.approach_steps)
-        smooth = reached * reached * (3.0 - 2.0 * reached)
-        wrist_in_base = blend_poses(wp.transform_identity(), wrist_in_base, smooth)
-        wrist_angles = quat_to_euler_xyz_near(wp.transform_get_rotation(wrist_in_base), current_angles)
     wrist_translation = wp.transform_get_translation(wrist_in_base)
-    if active == 0:
-        wrist_translation = wp.vec3(0.0, 0.0, 0.0)
-        wrist_angles = wp.vec3(0.0, 0.0, 0.0)
+    wrist_angles = quat_to_euler_xyz_near(wp.transform_get_rotation(wrist_in_base), current_angles)
+    if active != 0 and settings.wrist_prior == _REFERENCE:
+        wrist_angles = current_angles
     for axis in range(3):
         target[world, hand, axis] = wrist_translation[axis]
         target[world, hand, 3 + axis] = wrist_angles[axis]
 
-    closed = settings.open_fraction
-    if active != 0:
-        closed = wp.lerp(closed, 1.0, fraction_between(now, settings.close_start, settings.close_end))
     for finger_dof in range(finger_dof_count):
         dof = _WRIST_DOF_COUNT + finger_dof
-        if active == 0 or settings.finger_prior == _FINGERS_REFERENCE:
-            target[world, hand, dof] = closed * goal.finger_angles[world, hand, finger_dof]
-        else:
+        if active != 0 and settings.finger_prior == _CURRENT:
             target[world, hand, dof] = hand_state.joint_q[world, hand, dof]
+        else:
+            fraction = wp.lerp(settings.open_fraction, 1.0, closed)
+            target[world, hand, dof] = fraction * goal.finger_angles[world, hand, finger_dof]
         if active != 0:
-            offset = wp.float32(0.0)
+            offset = settings.squeeze * closed * synergy_basis[hand, 0, finger_dof]
             for row in range(synergy_basis.shape[1]):
-                offset += synergy[world, hand, _FIRST_FINGER_SYNERGY + row] * synergy_basis[hand, row, finger_dof]
+                scale = wp.where(row == 0, settings.flexion_scale, settings.thumb_scale)
+                decided = scale * synergy[world, hand, _FIRST_FINGER_SYNERGY + row]
+                offset += decided * synergy_basis[hand, row, finger_dof]
             target[world, hand, dof] += offset
 
     for dof in range(target.shape[2]):

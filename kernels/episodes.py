@@ -2,6 +2,8 @@
 
 import warp as wp
 
+from .states import PhaseState
+
 wp.set_module_options({"enable_backward": False})
 
 _EPISODE_STRIDE = wp.constant(7919)
@@ -43,9 +45,9 @@ def begin_episodes(
 @wp.kernel
 def latch_actions(
     action: wp.array3d[float],
-    step: wp.array[int],
-    first_column: int,
-    decision_interval: int,
+    phase: PhaseState,
+    first_column: wp.array[int],
+    decision_interval: wp.array[int],
     # outputs
     held: wp.array3d[float],
 ):
@@ -53,19 +55,27 @@ def latch_actions(
 
     Args:
         action: [W, H, A] the newest actions.
-        step: [W] control steps since the reset.
-        first_column: where the term begins in the action.
-        decision_interval: control steps for which a decision holds.
+        phase: see `states`.
+        first_column: [P] where the term begins in the action of a phase.
+        decision_interval: [P] control steps for which a decision holds; zero where the last one goes on holding,
+            negative where the phase does not have the term, which then is zero.
         held: [W, H, K] output, the decisions in force.
     """
     world, hand = wp.tid()
-    if step[world] % decision_interval == 0:
+    index = phase.index[world]
+    interval = decision_interval[index]
+    if interval < 0:
         for column in range(held.shape[2]):
-            held[world, hand, column] = action[world, hand, first_column + column]
+            held[world, hand, column] = 0.0
+    elif interval > 0 and phase.decision_step[world] % interval == 0:
+        for column in range(held.shape[2]):
+            held[world, hand, column] = action[world, hand, first_column[index] + column]
 
 
 @wp.kernel
-def advance_steps(step: wp.array[int]):
-    """Count one control step; launch with ``dim=W``."""
+def advance_steps(step: wp.array[int], phase: PhaseState):
+    """Count one control step of the episode, the phase and the decisions; launch with ``dim=W``."""
     world = wp.tid()
-    step[world] = step[world] + 1
+    step[world] += 1
+    phase.step[world] += 1
+    phase.decision_step[world] += 1

@@ -5,7 +5,8 @@ import warp as wp
 from .kinematics import part_pose, pose_fingers
 from .layout import WRIST_DOF_COUNT
 from .rotations import offset_pose
-from .states import Goal, HandModel, HandState, ObjectModel, ObjectState
+from .states import Goal, HandModel, HandState, ObjectModel, ObjectState, PhaseState
+from .wrist_priors import move_away
 
 wp.set_module_options({"enable_backward": False})
 
@@ -69,19 +70,6 @@ class ResetSettings:
 
 
 @wp.func
-def pregrasp_pose(wrist: wp.transform, object_origin: wp.vec3, distance: float, clearance: float) -> wp.transform:
-    """The wrist frame moved straight away from the object's origin (up, if it is there), kept above the table."""
-    position = wp.transform_get_translation(wrist)
-    direction = wp.vec3(0.0, 0.0, 1.0)
-    if wp.length(position - object_origin) > 0.0:
-        direction = wp.normalize(position - object_origin)
-    position = position + distance * direction
-    return wp.transform(
-        wp.vec3(position[0], position[1], wp.max(position[2], clearance)), wp.transform_get_rotation(wrist)
-    )
-
-
-@wp.func
 def wrist_noise(base: wp.transform, noise: wp.vec3, clearance: float) -> wp.vec3:
     """Wrist translation in the base frame, shortened where it would take the wrist below its clearance."""
     offset = wp.transform_vector(base, noise)
@@ -89,11 +77,54 @@ def wrist_noise(base: wp.transform, noise: wp.vec3, clearance: float) -> wp.vec3
     return wp.quat_rotate_inv(wp.transform_get_rotation(base), wp.vec3(offset[0], offset[1], wp.max(offset[2], lowest)))
 
 
+@wp.func
+def set_hand_goal(
+    references: ReferenceTable,
+    reference: int,
+    wrist_in_part: wp.transform,
+    limit_margin: float,
+    hand_model: HandModel,
+    goal: Goal,
+    world: int,
+    hand: int,
+):
+    """Write what one hand is asked to do by a reference, whose wrist pose may have been changed."""
+    part = references.part[reference, hand]
+    goal.active[world, hand] = references.active[reference, hand]
+    goal.part[world, hand] = part
+    # Articulation asks for contact with the part that moves, grasping with any.
+    goal.contact_part[world, hand] = wp.where(references.articulate[reference] != 0, part, -1)
+    goal.wrist_pose_in_part[world, hand] = wrist_in_part
+    for link in range(goal.contacts.shape[2]):
+        goal.contacts[world, hand, link] = references.contacts[reference, hand, link]
+    for dof in range(goal.lower.shape[2]):
+        lower = hand_model.lower[hand, dof]
+        upper = hand_model.upper[hand, dof]
+        if dof >= _WRIST_DOF_COUNT:
+            angle = references.finger_angles[reference, hand, dof - _WRIST_DOF_COUNT]
+            goal.finger_angles[world, hand, dof - _WRIST_DOF_COUNT] = angle
+            lower = wp.min(lower, angle - limit_margin)
+            upper = wp.max(upper, angle + limit_margin)
+        goal.lower[world, hand, dof] = lower
+        goal.upper[world, hand, dof] = upper
+    pose_fingers(
+        wrist_in_part,
+        goal.finger_angles,
+        0,
+        world,
+        hand,
+        hand_model,
+        goal.link_pose_in_part,
+        goal.keypoint_in_part,
+    )
+
+
 @wp.kernel
 def reset_worlds(
     world_mask: wp.array[int],
     reference_index: wp.array[int],
     goal_angle_fixed: wp.array[float],
+    target_offset: wp.array[wp.transform],
     episode: wp.array[int],
     seed: int,
     references: ReferenceTable,
@@ -103,6 +134,7 @@ def reset_worlds(
     hand_state: HandState,
     object_state: ObjectState,
     goal: Goal,
+    phase: PhaseState,
 ):
     """Start an episode in every masked world; launch with ``dim=W``.
 
@@ -113,11 +145,14 @@ def reset_worlds(
         world_mask: [W] int, 1 where to reset.
         reference_index: [W] int, the reference of each world.
         goal_angle_fixed: [W] target angle, rad; negative to draw it (articulation) or keep the start (grasping).
+        target_offset: [W] from the start to the target of the base: shift, and turn about its origin, along the
+            world's axes.
         episode: [W] int, resets so far; the noise is a function of seed, world and this count, which goes up by one.
         seed: of the noise.
         references, settings, hand_model, object_model: inputs.
-        hand_state, object_state, goal: outputs. Velocities and contact forces become zero; ``link_pose`` and
-            ``keypoint`` are left to `forward_kinematics`.
+        hand_state, object_state, goal, phase: outputs. Velocities and contact forces become zero; ``link_pose`` and
+            ``keypoint`` are left to `forward_kinematics`. The first phase begins; what it asks of the object is left
+            to `set_object_goal`.
     """
     world = wp.tid()
     if world_mask[world] == 0:
@@ -136,18 +171,27 @@ def reset_worlds(
     object_state.hinge_qd[world] = 0.0
     goal.start_object_pose[world] = object_pose
     goal.start_angle[world] = start_angle
-    goal_angle = start_angle
+    target_angle = start_angle
     drawn_angle = wp.randf(random, settings.goal_lower, settings.goal_upper)
     if references.articulate[reference] != 0:
-        goal_angle = drawn_angle
+        target_angle = drawn_angle
     if goal_angle_fixed[world] >= 0.0:
-        goal_angle = goal_angle_fixed[world]
-    goal.angle[world] = goal_angle
+        target_angle = goal_angle_fixed[world]
+    goal.target_angle[world] = target_angle
+    goal.target_object_pose[world] = wp.transform(
+        wp.transform_get_translation(object_pose) + wp.transform_get_translation(target_offset[world]),
+        wp.transform_get_rotation(target_offset[world]) * wp.transform_get_rotation(object_pose),
+    )
+    phase.index[world] = 0
+    phase.step[world] = 0
+    phase.decision_step[world] = 0
+    phase.start_object_pose[world] = object_pose
+    phase.settled_steps[world] = 0
+    phase.untouched_steps[world] = 0
+    phase.finished[world] = 0
+    phase.retry_count[world] = 0
 
-    dof_count = goal.lower.shape[2]
     for hand in range(references.active.shape[1]):
-        active = references.active[reference, hand]
-        part = references.part[reference, hand]
         # Drawn here, not in a function: a function would draw from a copy of the generator's state.
         reference_shift = settings.reference_position_noise * wp.vec3(
             wp.randf(random, -1.0, 1.0), wp.randf(random, -1.0, 1.0), wp.randf(random, -1.0, 1.0)
@@ -156,54 +200,28 @@ def reset_worlds(
             wp.randf(random, -1.0, 1.0), wp.randf(random, -1.0, 1.0), wp.randf(random, -1.0, 1.0)
         )
         wrist_in_part = offset_pose(references.wrist_pose_in_part[reference, hand], reference_shift, reference_turn)
-        goal.active[world, hand] = active
-        goal.part[world, hand] = part
-        # Articulation asks for contact with the part that moves, grasping with any.
-        goal.contact_part[world, hand] = wp.where(references.articulate[reference] != 0, part, -1)
-        goal.wrist_pose_in_part[world, hand] = wrist_in_part
-        for link in range(goal.contacts.shape[2]):
-            goal.contacts[world, hand, link] = references.contacts[reference, hand, link]
-            for other in range(hand_state.contact_force.shape[3]):
-                hand_state.contact_force[world, hand, link, other] = wp.vec3()
+        set_hand_goal(references, reference, wrist_in_part, settings.limit_margin, hand_model, goal, world, hand)
+        for link in range(hand_state.contact_force.shape[2]):
+            for part in range(hand_state.contact_force.shape[3]):
+                hand_state.contact_force[world, hand, link, part] = wp.vec3()
 
-        distance = wp.where(active != 0, settings.pregrasp_distance, settings.idle_distance)
-        base = pregrasp_pose(
-            part_pose(object_pose, hinge_origin, hinge_axis, start_angle, part) * wrist_in_part,
-            wp.transform_get_translation(object_pose),
-            distance,
-            settings.wrist_clearance,
+        distance = wp.where(references.active[reference, hand] != 0, settings.pregrasp_distance, settings.idle_distance)
+        part_frame = part_pose(object_pose, hinge_origin, hinge_axis, start_angle, references.part[reference, hand])
+        base = move_away(
+            part_frame * wrist_in_part, wp.transform_get_translation(object_pose), distance, settings.wrist_clearance
         )
         hand_state.hand_base[world, hand] = base
         position_noise = settings.position_noise * wp.vec3(
             wp.randf(random, -1.0, 1.0), wp.randf(random, -1.0, 1.0), wp.randf(random, -1.0, 1.0)
         )
         translation = wrist_noise(base, position_noise, settings.wrist_clearance)
-
-        for dof in range(dof_count):
-            lower = hand_model.lower[hand, dof]
-            upper = hand_model.upper[hand, dof]
+        for dof in range(hand_state.joint_q.shape[2]):
             coordinate = wp.float32(0.0)
             if dof < 3:
                 coordinate = translation[dof]
             else:
                 if dof >= _WRIST_DOF_COUNT:
-                    angle = references.finger_angles[reference, hand, dof - _WRIST_DOF_COUNT]
-                    goal.finger_angles[world, hand, dof - _WRIST_DOF_COUNT] = angle
-                    coordinate = settings.open_fraction * angle
-                    lower = wp.min(lower, angle - settings.limit_margin)
-                    upper = wp.max(upper, angle + settings.limit_margin)
+                    coordinate = settings.open_fraction * goal.finger_angles[world, hand, dof - _WRIST_DOF_COUNT]
                 coordinate += wp.randf(random, -settings.angle_noise, settings.angle_noise)
             hand_state.joint_q[world, hand, dof] = coordinate
             hand_state.joint_qd[world, hand, dof] = 0.0
-            goal.lower[world, hand, dof] = lower
-            goal.upper[world, hand, dof] = upper
-        pose_fingers(
-            wrist_in_part,
-            goal.finger_angles,
-            0,
-            world,
-            hand,
-            hand_model,
-            goal.link_pose_in_part,
-            goal.keypoint_in_part,
-        )

@@ -102,7 +102,9 @@ class HandModel:
 
 @wp.struct
 class Goal:
-    """What every hand is asked to do in the running episode, and where the episode started. Set by `reset_worlds`.
+    """What every hand is asked to do in the running phase, and where the episode started and should end.
+
+    Set by `reset_worlds` and `begin_phases`.
 
     Attributes:
         active: [W, H] int, 1 where the hand takes part.
@@ -114,7 +116,10 @@ class Goal:
         keypoint_in_part: [W, H, 21] reference keypoints in the manipulated part's frame, m.
         contacts: [W, H, 16] target contacts, 0 or 1.
         lower, upper: [W, H, 51] effective joint limits: the hand's, widened to contain the reference, m and rad.
-        angle: [W] target hinge angle, rad.
+        angle: [W] hinge angle asked for now, rad.
+        object_pose: [W] base frame asked for now, in the world.
+        target_angle: [W] hinge angle at the end of the episode, rad.
+        target_object_pose: [W] base frame in the world at the end of the episode.
         start_object_pose: [W] base frame in the world when the episode started.
         start_angle: [W] hinge angle when the episode started, rad.
     """
@@ -130,8 +135,38 @@ class Goal:
     lower: wp.array3d[float]
     upper: wp.array3d[float]
     angle: wp.array[float]
+    object_pose: wp.array[wp.transform]
+    target_angle: wp.array[float]
+    target_object_pose: wp.array[wp.transform]
     start_object_pose: wp.array[wp.transform]
     start_angle: wp.array[float]
+
+
+@wp.struct
+class PhaseState:
+    """Where every world is in its sequence of phases.
+
+    The pose in which a hand began the phase is its base frame.
+
+    Attributes:
+        index: [W] int, the running phase.
+        step: [W] int, control steps since it began.
+        decision_step: [W] int, control steps since the decisions in force began to count.
+        start_object_pose: [W] base frame in the world when it began.
+        settled_steps: [W] int, control steps in a row in which its aim was met.
+        untouched_steps: [W] int, control steps in a row in which no hand that takes part touched the object.
+        finished: [W] int, 1 once the last phase has ended; it then goes on.
+        retry_count: [W] int, how often a failed phase was tried again in this episode.
+    """
+
+    index: wp.array[int]
+    step: wp.array[int]
+    decision_step: wp.array[int]
+    start_object_pose: wp.array[wp.transform]
+    settled_steps: wp.array[int]
+    untouched_steps: wp.array[int]
+    finished: wp.array[int]
+    retry_count: wp.array[int]
 
 
 def element_types(group: Any) -> dict[str, Any]:
@@ -223,5 +258,12 @@ def goal(world_count: int, hand_count: int, device: str | None = None, requires_
         "lower": (*hands, DOF_COUNT),
         "upper": (*hands, DOF_COUNT),
     }
-    shapes |= dict.fromkeys(("angle", "start_object_pose", "start_angle"), (world_count,))
+    of_world = ("angle", "object_pose", "target_angle", "target_object_pose", "start_object_pose", "start_angle")
+    shapes |= dict.fromkeys(of_world, (world_count,))
     return _allocate(Goal, shapes, device, requires_grad)
+
+
+def phase_state(world_count: int, device: str | None = None) -> PhaseState:
+    """Zeroed `PhaseState`, filled by `reset_worlds`."""
+    shapes: Shapes = dict.fromkeys(element_types(PhaseState), (world_count,))
+    return _allocate(PhaseState, shapes, device)

@@ -4,6 +4,7 @@ from artigrasp.config.action import ActionConfig, ResidualConfig, SynergyConfig
 from artigrasp.config.extraction import ExtractionConfig
 from artigrasp.config.learning import PPOConfig
 from artigrasp.config.parse import from_dict, to_dict
+from artigrasp.config.phase import PhaseConfig
 from artigrasp.config.physics import PDGain, PDGains, PhysicsConfig
 from artigrasp.config.refinement import RefinementConfig
 from artigrasp.config.reset import ResetConfig
@@ -19,6 +20,7 @@ __all__ = [
     "PDGain",
     "PDGains",
     "PPOConfig",
+    "PhaseConfig",
     "PhysicsConfig",
     "RefinementConfig",
     "ResetConfig",

@@ -57,11 +57,12 @@ class ActionConfig:
     residual on top.
     """
 
-    wrist_prior: Literal["reference", "hinge"] = "reference"
-    """Where the wrist goes by itself: to the reference on the manipulated part as it is now, or to the reference on
-    the part turned ahead about the hinge toward the goal."""
-    finger_prior: Literal["current", "reference"] = "current"
-    """Where the fingers go by themselves: they stay as they are, or close to the reference."""
+    wrist_prior: Literal["reference", "hinge", "transport", "retreat", "transit"] = "reference"
+    """Where the wrist goes by itself: to the reference on the manipulated part as it is now; to the reference on
+    the part turned ahead about the hinge toward the goal; along with the object that it carries to its target; away
+    from the object; around the object to where its reference is approached from."""
+    finger_prior: Literal["current", "reference", "closed", "opening"] = "current"
+    """Where the fingers go by themselves: they stay as they are, close to the reference, stay there, or open again."""
     synergy: SynergyConfig | None = None
     """Slow offsets along a few directions."""
     residual: ResidualConfig | None = ResidualConfig()
@@ -73,14 +74,32 @@ class ActionConfig:
     lead_end: int = 120
     """Control step from which it runs ahead by the full lead."""
     approach_steps: int = 0
-    """Control steps over which the wrist prior moves from the initial pose to its goal; 0 aims there at once."""
+    """Control steps over which the wrist priors "hinge", "retreat" and "transit" move from the initial pose to their
+    goal; 0 aims there at once."""
+    approach_arc: float = 0.0
+    """How far the way of the wrist prior "hinge" bows to the hand's back and wrist, so that it comes in with palm and
+    fingertips [m]."""
     close_start: int = 30
-    """Control step at which the finger prior "reference" begins to close."""
+    """Control step at which the finger priors begin to close or open."""
     close_end: int = 70
-    """Control step at which it reaches the reference."""
+    """Control step at which they have closed or opened."""
+    squeeze: float = 0.0
+    """Flexion beyond the reference that closed fingers aim at, which presses them on the object [rad]."""
+    press: float = 0.0
+    """How far the wrists move towards each other as the fingers close, if both hands take part [m]."""
+    carry_speed: float = 0.2
+    """Mean speed at which the wrist prior "transport" carries the object [m/s]."""
+    carry_turn_speed: float = 0.4
+    """Mean speed at which it turns the object [rad/s]."""
+    carry_feedback: float = 0.0
+    """Share of the object's distance from where it should be by which it moves the wrists on."""
+    retreat_distance: float = 0.15
+    """Distance by which the wrist prior "retreat" backs off [m]."""
 
     def __post_init__(self) -> None:
         require_not_negative(self, "hinge_lead", "lead_start", "approach_steps", "close_start")
+        require_not_negative(self, "squeeze", "press", "approach_arc", "carry_feedback", "retreat_distance")
+        require_positive(self, "carry_speed", "carry_turn_speed")
         for name in ("close", "lead"):
             start, end = getattr(self, f"{name}_start"), getattr(self, f"{name}_end")
             if end < start:

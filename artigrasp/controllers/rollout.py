@@ -53,8 +53,10 @@ def run_episode(
     action = wp.zeros(shape, dtype=float, device=environment.device)
     environment.reset()
     on_step(0)
-    for step in range(environment.task.episode_steps):
-        if action_count and step % environment.task.action.decision_interval == 0:
+    # worlds of a sequence begin their phases, and so decide, at any time
+    interval = environment.task.action.decision_interval if action_count and len(environment.phases) == 1 else 1
+    for step in range(environment.episode_steps):
+        if action_count and step % interval == 0:
             action.assign(np.ascontiguousarray(controller.act(environment.observe().numpy())))
         environment.step(action)
         on_step(step + 1)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from artigrasp.assets.hand import load_hand
 from artigrasp.assets.object import ObjectModel, load_object
-from artigrasp.config import ActionConfig, SimulatorConfig, TaskConfig
+from artigrasp.config import ActionConfig, PhaseConfig, SimulatorConfig, TaskConfig
 from artigrasp.environment import tables
 from artigrasp.environment.bystanders import Bystanders
 from artigrasp.environment.worlds import WorldPlan
@@ -22,6 +22,7 @@ from artigrasp.kernels import (
     kinematics,
     metrics,
     outcomes,
+    phases,
     resets,
     rewards,
     states,
@@ -38,11 +39,16 @@ OPENED_ANGLE = 0.3
 
 @dataclass(frozen=True)
 class ActionTerm:
-    """One term of the action: its columns and how long a decision holds."""
+    """One term of the action: the decisions in force and, for every phase, its first column and how long they hold."""
 
     held: wp.array
-    first_column: int
-    decision_interval: int
+    first_column: wp.array
+    decision_interval: wp.array
+
+
+def single_phase(task: TaskConfig) -> PhaseConfig:
+    """A task as the one phase of a sequence."""
+    return PhaseConfig(task.name, most_steps=task.episode_steps, action=task.action, gains=task.gains)
 
 
 def action_count(config: ActionConfig) -> int:
@@ -64,6 +70,10 @@ class Environment:
         reward_terms: its terms by the kernel that computes them: names and [W, H, term] values.
         step_count: [W] control steps since the reset.
         episode: [W] episodes begun so far, which seeds noise and draws.
+        phases: What an episode consists of; one phase, the task's own, unless told otherwise.
+        phase: Where every world is in it.
+        phase_outcome: [W, phase] what became of every phase in this episode, index into ``OUTCOMES``.
+        episode_steps: Control steps after which every world has gone through its phases, if it tries none again.
     """
 
     def __init__(
@@ -73,6 +83,8 @@ class Environment:
         worlds: WorldPlan,
         *,
         bystanders: Sequence[ReferenceSet] = (),
+        sequence: Sequence[PhaseConfig] | None = None,
+        retry_count: int = 0,
         seed: int = 0,
         noise: bool = True,
         simulator: SimulatorConfig = SimulatorConfig(),
@@ -85,6 +97,8 @@ class Environment:
             worlds: What each world plays.
             bystanders: Further objects of every world, in slots 1, 2, ... of its scene, each with a reference at least.
                 They stand 1 m apart until :meth:`place_bystander`.
+            sequence: Phases of an episode; the task's action and gains for all its steps by default.
+            retry_count: How often an episode may go back after a failed phase.
             seed: Seed of everything that is drawn on the device.
             noise: Whether hands start with the task's noise.
             simulator: Backend, device and threads.
@@ -93,7 +107,9 @@ class Environment:
             UserError: The references belong to different hand models, or an asset, backend or device is missing.
         """
         self.task, self.seed, self.worlds, self.simulator = task, seed, worlds, simulator
-        self._noise = noise
+        self.phases = tuple(sequence or [single_phase(task)])
+        self.episode_steps = sum(each.most_steps for each in self.phases)
+        self._retry_count, self._noise = retry_count, noise
         hand_names = sorted({each.hand for each in (*references, *bystanders)})
         if len(hand_names) != 1:
             raise UserError(f"references: expected one hand model for all objects, found {', '.join(hand_names)}")
@@ -120,8 +136,8 @@ class Environment:
 
     @property
     def action_count(self) -> int:
-        """Length of one hand's action."""
-        return action_count(self.task.action)
+        """Length of one hand's action, the longest of all phases."""
+        return max(action_count(each.action) for each in self.phases)
 
     def repeat(self, count: int) -> "Environment":
         """An environment with every world so many times, side by side; its episodes start anew."""
@@ -131,6 +147,8 @@ class Environment:
             self.references,
             worlds,
             bystanders=self.bystanders,
+            sequence=self.phases,
+            retry_count=self._retry_count,
             seed=self.seed,
             noise=self._noise,
             simulator=self.simulator,
@@ -152,11 +170,13 @@ class Environment:
             resets.reset_worlds,
             self.world_count,
             [
-                world_mask, self.reference_index, self._goal_angle, self.episode, self.seed, self._references,
-                self._reset_settings, self._hand_model, self._bystanders.object_model,
+                world_mask, self.reference_index, self._goal_angle, self._target_offset, self.episode, self.seed,
+                self._references, self._reset_settings, self._hand_model, self._bystanders.object_model,
             ],
-            [self.state.hands, self.state.objects, self.goal],
+            [self.state.hands, self.state.objects, self.goal, self.phase],
         )  # fmt: skip
+        self._launch(phases.reset_outcomes, self.world_count, [world_mask], [self.phase_outcome])
+        self._set_object_goal(world_mask)
         self.simulation.write_state(world_mask)
         self._forward_kinematics.launch()
         self._launch(metrics.reset_metrics, self.world_count, [world_mask, self.goal], [self.metrics])
@@ -196,6 +216,33 @@ class Environment:
         self.simulation.step(self.apply_torques)
         for kernel in (self._count_step, self._forward_kinematics, *self._measure):
             kernel.launch()
+        if len(self.phases) > 1:
+            self._change_phases()
+
+    def _change_phases(self) -> None:
+        """End phases that are over and begin the next ones."""
+        self._advance_phases.launch()
+        if not self._begins.numpy().any():
+            return
+        self._launch(
+            phases.begin_phases,
+            self.world_count,
+            [
+                self._begins, self._references, self._phase_references, self._phase_table, self._phase_limits,
+                self._hand_model, self.state.objects,
+            ],
+            [self.reference_index, self.state.hands, self.goal, self.phase],
+        )  # fmt: skip
+        self._set_object_goal(self._begins)
+        self.simulation.write_state(self._begins)
+
+    def _set_object_goal(self, world_mask: wp.array) -> None:
+        self._launch(
+            phases.set_object_goal,
+            self.world_count,
+            [world_mask, self._phase_table, self.state.objects, self.phase],
+            [self.goal, self.stiffness, self.damping],
+        )
 
     def observe(self) -> wp.array:
         """Compute and return ``features`` of the present state."""
@@ -239,12 +286,15 @@ class Environment:
         standing = [tables.stand_on_stage(each, task.stage) for each in (*self.references, *self.bystanders)]
         self._references = tables.reference_table(standing, task.hands, device)
         self._reset_settings = tables.reset_settings(task.reset, self._noise)
-        self._action_settings = tables.action_settings(task.action, task.reset)
-        self._synergy_basis = tables.synergy_basis(task.action, task.hands, device)
+        self._phase_settings = tables.phase_settings(self.phases, task.reset, task.control_dt, device)
+        self._phase_table = tables.phase_table(self.phases, device)
+        self._phase_limits = tables.phase_limits(self._retry_count)
+        self._synergy_basis = tables.synergy_basis(task.hands, device)
+        self._hand_back = wp.array(actions.hand_backs(task.hands), dtype=wp.vec3, device=device)
         self._reward_weights = tables.reward_weights(task.reward)
         self._outcome_weights = tables.outcome_weights(task.reward)
         self._metric_limits = tables.metric_limits(OPENED_ANGLE)
-        self.stiffness, self.damping = tables.gain_tables(task.gains, worlds, hands, device)
+        self.stiffness, self.damping = (wp.zeros((worlds, hands, 3), dtype=float, device=device) for _ in range(2))
         self._effort = wp.array(np.stack([each.effort for each in self.hands]), dtype=float, device=device)
 
         self._first_reference = wp.array(self.worlds.first_reference, dtype=int, device=device)
@@ -254,17 +304,25 @@ class Environment:
         self.reference_index = wp.zeros(worlds, dtype=int, device=device)
         self.step_count = wp.zeros(worlds, dtype=int, device=device)
         self.episode = wp.zeros(worlds, dtype=int, device=device)
+        self.phase = states.phase_state(worlds, device)
+        self.phase_outcome = wp.zeros((worlds, len(self.phases)), dtype=int, device=device)
+        self._begins = wp.zeros(worlds, dtype=int, device=device)
+        self._target_offset = wp.array(self.worlds.target_offsets(), dtype=wp.transform, device=device)
+        if self.worlds.second_reference is not None:
+            both = np.stack([self.worlds.first_reference, self.worlds.second_reference], axis=1)
+            self._phase_references = wp.array(both, dtype=int, device=device)
         self.metrics = metrics.episode_metrics(worlds, device)
 
         self.target = wp.zeros((worlds, hands, DOF_COUNT), dtype=float, device=device)
         self._synergy = wp.zeros((worlds, hands, actions.SYNERGY_COUNT), dtype=float, device=device)
         self._residual = wp.zeros((worlds, hands, DOF_COUNT), dtype=float, device=device)
-        self._terms: list[ActionTerm] = []
-        column = 0
-        for config, held in ((task.action.synergy, self._synergy), (task.action.residual, self._residual)):
-            if config is not None:
-                self._terms.append(ActionTerm(held, column, config.decision_interval))
-                column += held.shape[2]
+        self._terms = [
+            ActionTerm(
+                held, *(wp.array(column, dtype=int, device=device) for column in tables.term_columns(self.phases, name))
+            )
+            for name, held in (("synergy", self._synergy), ("residual", self._residual))
+            if any(name in phase.action.terms for phase in self.phases)
+        ]
 
         self.features = wp.zeros((worlds, hands, FEATURE_COUNT), dtype=float, device=device)
         self.reward = wp.zeros((worlds, hands), dtype=float, device=device)
@@ -282,7 +340,7 @@ class Environment:
             self._record(
                 episodes.latch_actions,
                 every_hand,
-                [no_action, self.step_count, term.first_column, term.decision_interval, term.held],
+                [no_action, self.phase, term.first_column, term.decision_interval, term.held],
             )
             for term in self._terms
         ]
@@ -290,8 +348,8 @@ class Environment:
             actions.pd_targets,
             every_hand,
             [
-                hands, objects, object_model, goal, self._action_settings, self._synergy_basis,
-                self.step_count, self._synergy, self._residual, self.target,
+                hands, objects, object_model, goal, self.phase, self._phase_settings, self._synergy_basis,
+                self._hand_back, self._synergy, self._residual, self.target,
             ],
         )  # fmt: skip
         self._torques = {
@@ -305,7 +363,15 @@ class Environment:
             )
             for rows in self.simulation.torque_rows
         }  # fmt: skip
-        self._count_step = self._record(episodes.advance_steps, self.world_count, [self.step_count])
+        self._count_step = self._record(episodes.advance_steps, self.world_count, [self.step_count, self.phase])
+        self._advance_phases = self._record(
+            phases.advance_phases,
+            self.world_count,
+            [
+                hands, objects, goal, self.target, self._phase_table, self._phase_limits, self.phase,
+                self.phase_outcome, self._begins,
+            ],
+        )  # fmt: skip
         self._forward_kinematics = self._record(kinematics.forward_kinematics, every_hand, [hands, self._hand_model])
         self._measure = [
             self._record(

@@ -2,15 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import warp as wp
 
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.object import ObjectModel
-from artigrasp.config import ActionConfig, PDGains, ResetConfig, RewardConfig, StageConfig, SynergyConfig
+from artigrasp.config import ActionConfig, PDGain, PDGains, PhaseConfig, ResetConfig, RewardConfig, StageConfig
 from artigrasp.environment.worlds import WorldPlan
-from artigrasp.kernels import actions, metrics, resets, rewards, states
+from artigrasp.errors import unknown
+from artigrasp.kernels import actions, metrics, phases, resets, rewards, states
 from artigrasp.kernels.layout import ARTICULATED, HANDS
 from artigrasp.references.reference import ReferenceSet
 
@@ -25,6 +27,21 @@ LOST_DISPLACEMENT = 2.0
 
 LIMIT_MARGIN = 0.1
 """Room that the effective joint limits leave around a reference [rad]."""
+
+PHASE_LIMITS: dict[str, float] = {
+    "settle_steps": 10,
+    "object_speed": 0.03,
+    "object_turn_speed": 0.3,
+    "position": 0.02,
+    "rotation": 0.1,
+    "hinge": 0.05,
+    "wrist_position": 0.02,
+    "wrist_rotation": 0.2,
+    "drop_steps": 20,
+    "slip": 0.1,
+    "tilt": 0.7,
+}
+"""When a phase's aim counts as met and its object as lost, see `PhaseLimits`."""
 
 
 def hand_table(hands: Sequence[HandModel], device: str) -> states.HandModel:
@@ -127,21 +144,27 @@ def object_mass(objects: Sequence[ObjectModel], worlds: WorldPlan, fixed_base: b
     return wp.array(counted[worlds.object_index].astype(np.float32), dtype=float, device=device)
 
 
-def action_settings(config: ActionConfig, reset: ResetConfig) -> actions.ActionSettings:
+def action_settings(config: ActionConfig, reset: ResetConfig, control_dt: float) -> actions.ActionSettings:
     """Priors and scales; the scales of a term that is not in use are zero."""
     settings = actions.ActionSettings()
-    settings.wrist_prior = {"reference": actions.WRIST_REFERENCE, "hinge": actions.WRIST_HINGE}[config.wrist_prior]
-    settings.finger_prior = {"current": actions.FINGERS_CURRENT, "reference": actions.FINGERS_REFERENCE}[
-        config.finger_prior
-    ]
-    settings.approach_steps = config.approach_steps
+    settings.wrist_prior = actions.WRIST_PRIORS.index(config.wrist_prior)
+    settings.finger_prior = actions.FINGER_PRIORS.index(config.finger_prior)
+    settings.approach_steps, settings.approach_arc = config.approach_steps, config.approach_arc
     settings.close_start, settings.close_end = config.close_start, config.close_end
     settings.open_fraction = reset.open_fraction
+    settings.squeeze, settings.press = config.squeeze, config.press
     settings.lead = config.hinge_lead
     settings.lead_start, settings.lead_end = config.lead_start, config.lead_end
+    settings.speed = config.carry_speed * control_dt
+    settings.turn_speed = config.carry_turn_speed * control_dt
+    settings.position_feedback = config.carry_feedback
+    settings.retreat_distance = config.retreat_distance
+    settings.pregrasp_distance, settings.idle_distance = reset.pregrasp_distance, reset.idle_distance
+    settings.wrist_clearance = WRIST_CLEARANCE
     if config.synergy is not None:
         settings.wrist_translation_scale = config.synergy.wrist_translation
         settings.wrist_rotation_scale = config.synergy.wrist_rotation
+        settings.flexion_scale, settings.thumb_scale = config.synergy.finger_flexion, config.synergy.thumb
         settings.lead_scale = config.synergy.hinge_lead
     if config.residual is not None:
         scales = (config.residual.wrist_translation, config.residual.wrist_rotation, config.residual.fingers)
@@ -149,18 +172,69 @@ def action_settings(config: ActionConfig, reset: ResetConfig) -> actions.ActionS
     return settings
 
 
-def synergy_basis(config: ActionConfig, sides: Sequence[str], device: str) -> wp.array:
-    """Finger angles per unit of each finger synergy [rad], shape [hand, 5, 45]."""
-    synergy = config.synergy or SynergyConfig()
-    basis = actions.finger_synergy_basis(sides, synergy.finger_flexion, synergy.thumb)
-    return wp.array(basis, dtype=float, device=device)
+def phase_settings(configs: Sequence[PhaseConfig], reset: ResetConfig, control_dt: float, device: str) -> wp.array:
+    """Priors and scales of every phase, shape [phase]."""
+    rows = [action_settings(phase.action, reset, control_dt) for phase in configs]
+    return wp.array(rows, dtype=actions.ActionSettings, device=device)
 
 
-def gain_tables(gains: PDGains, world_count: int, hand_count: int, device: str) -> tuple[wp.array, wp.array]:
-    """Stiffness and damping of every hand's three groups of joints, shape [world, hand, 3]."""
-    groups = (gains.wrist_translation, gains.wrist_rotation, gains.fingers)
-    shape = (world_count, hand_count, len(groups))
-    return tuple(
-        wp.array(np.broadcast_to(np.array(values, dtype=np.float32), shape).copy(), dtype=float, device=device)
-        for values in ([group.kp for group in groups], [group.kd for group in groups])
-    )
+def phase_table(configs: Sequence[PhaseConfig], device: str) -> phases.PhaseTable:
+    """What the phases of a sequence are for and how they end.
+
+    Raises:
+        UserError: A phase goes back to one that is not there.
+    """
+    names = [each.name for each in configs]
+    for each in configs:
+        if each.retry_from is not None and each.retry_from not in names:
+            raise unknown("phase to try again from", each.retry_from, names)
+    columns: dict[str, tuple[Any, list[Any]]] = {
+        "reference": (int, [("first", "second").index(each.reference) for each in configs]),
+        "aim": (int, [phases.AIMS.index(each.aim) for each in configs]),
+        "least_steps": (int, [each.least_steps for each in configs]),
+        "most_steps": (int, [each.most_steps for each in configs]),
+        "carries": (int, [int(each.carries) for each in configs]),
+        "lift": (float, [each.lift for each in configs]),
+        "opens": (int, [int(each.opens) for each in configs]),
+        "decides": (int, [int(each.decides) for each in configs]),
+        "retry_from": (int, [-1 if each.retry_from is None else names.index(each.retry_from) for each in configs]),
+        "stiffness": (float, [[group.kp for group in gain_groups(each.gains)] for each in configs]),
+        "damping": (float, [[group.kd for group in gain_groups(each.gains)] for each in configs]),
+    }
+    table = phases.PhaseTable()
+    for name, (dtype, values) in columns.items():
+        number = np.int32 if dtype is int else np.float32
+        setattr(table, name, wp.array(np.array(values, dtype=number), dtype=dtype, device=device))
+    return table
+
+
+def phase_limits(retry_count: int) -> phases.PhaseLimits:
+    """When aims count as met and objects as lost."""
+    limits = phases.PhaseLimits()
+    for name, value in PHASE_LIMITS.items():
+        setattr(limits, name, value)
+    limits.retry_count = retry_count
+    limits.limit_margin = LIMIT_MARGIN
+    return limits
+
+
+def term_columns(configs: Sequence[PhaseConfig], name: str) -> tuple[list[int], list[int]]:
+    """For every phase, the first column of an action's term and its decision interval, see `latch_actions`."""
+    first_columns, intervals = [], []
+    for config in configs:
+        terms = config.action.terms
+        residual_first = actions.SYNERGY_COUNT if "synergy" in terms else 0
+        first_columns.append(residual_first if name == "residual" else 0)
+        interval = terms[name].decision_interval if name in terms else -1
+        intervals.append(interval if config.decides else 0)
+    return first_columns, intervals
+
+
+def synergy_basis(sides: Sequence[str], device: str) -> wp.array:
+    """Finger angles per radian of each finger synergy, shape [hand, 5, 45]."""
+    return wp.array(actions.finger_synergy_basis(sides), dtype=float, device=device)
+
+
+def gain_groups(gains: PDGains) -> tuple[PDGain, ...]:
+    """Gains in the order of `DOF_GROUPS`."""
+    return gains.wrist_translation, gains.wrist_rotation, gains.fingers

@@ -25,6 +25,11 @@ class WorldPlan:
     """Number of references that it draws from; one fixes it."""
     goal_angle: NDArray[np.float32]
     """Goal of the hinge angle [rad], or ``DRAW_GOAL``."""
+    second_reference: NDArray[np.int32] | None = None
+    """Second reference of a sequence's worlds, counted over all sets; None if there is only one."""
+    target_offset: NDArray[np.float32] | None = None
+    """From the start to the target of the object's base, along the world's axes: shift [m], and turn about the base's
+    origin as quaternion xyzw, shape [world, 7]; None if it should stay."""
 
     @property
     def world_count(self) -> int:
@@ -33,7 +38,14 @@ class WorldPlan:
 
     def repeat(self, count: int) -> "WorldPlan":
         """Every world so many times, side by side."""
-        return WorldPlan(**{name: np.repeat(values, count) for name, values in vars(self).items()})
+        given = {name: values for name, values in vars(self).items() if values is not None}
+        return WorldPlan(**{name: np.repeat(values, count, axis=0) for name, values in given.items()})
+
+    def target_offsets(self) -> NDArray[np.float32]:
+        """``target_offset``, or that of bases that stay."""
+        if self.target_offset is not None:
+            return self.target_offset
+        return np.tile(np.array([0, 0, 0, 0, 0, 0, 1], dtype=np.float32), (self.world_count, 1))
 
 
 def training_worlds(references: Sequence[ReferenceSet], world_count: int) -> WorldPlan:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from artigrasp.config import ActionConfig, SimulatorConfig
 from artigrasp.controllers.controller import Controller
@@ -63,19 +64,22 @@ class MotionRecorder:
         self._environment, self._world = environment, world
         self._steps: list[int] = []
         self._samples: dict[str, list[NDArray[np.float32]]] = {
-            name: [] for name in ("joint_q", "object_pose", "hinge_angle", "contact_force")
+            name: [] for name in ("joint_q", "hand_base", "object_pose", "hinge_angle", "contact_force")
         }
+        self._phases: list[str] = []
 
     def record(self, step: int) -> None:
         """Take the present state as the sample of this control step."""
         hands, objects = self._environment.state.hands, self._environment.state.objects
         arrays = {
             "joint_q": hands.joint_q,
+            "hand_base": hands.hand_base,
             "object_pose": objects.pose,
             "hinge_angle": objects.hinge_q,
             "contact_force": hands.contact_force,
         }
         self._steps.append(step)
+        self._phases.append(self._phase_name(step))
         for name, array in arrays.items():
             self._samples[name].append(self._read(array))
 
@@ -84,14 +88,17 @@ class MotionRecorder:
         environment, world, task = self._environment, self._world, self._environment.task
         reference = environment.references[environment.worlds.object_index[world]]
         goal, summary = environment.goal, environment.episode_summary()
+        samples = {name: np.stack(values) for name, values in self._samples.items()}
+        hand_bases = samples.pop("hand_base")
+        samples["joint_q"] = relative_to_first_base(samples["joint_q"], hand_bases)
         return Motion(
             time=np.array(self._steps) * task.control_dt,
             hands=task.hands,
             hand=environment.hand_name,
             object=reference.object,
-            hand_base=self._read(environment.state.hands.hand_base),
-            phases=np.array([phase_name(task.action, step) for step in self._steps]),
-            target_angle=float(self._read(goal.angle)),
+            hand_base=hand_bases[0],
+            phases=np.array(self._phases),
+            target_angle=float(self._read(goal.target_angle)),
             reference=MotionReference(
                 part=self._read(goal.part),
                 wrist_pose_in_part=self._read(goal.wrist_pose_in_part),
@@ -106,12 +113,51 @@ class MotionRecorder:
                 "seed": str(seed),
                 **{name: importlib.metadata.version(name) for name in ("artigrasp", "newton", "mujoco", "warp-lang")},
             },
-            **{name: np.stack(samples) for name, samples in self._samples.items()},
+            **samples,
         )
 
     def _read(self, array: wp.array) -> NDArray[Any]:
         # a copy: on the CPU the rows would go on changing with the environment's
         return np.array(array.numpy()[self._world])
+
+    def _phase_name(self, step: int) -> str:
+        if len(self._environment.phases) == 1:
+            return phase_name(self._environment.task.action, step)
+        return self._environment.phases[int(self._read(self._environment.phase.index))].name
+
+
+def relative_to_first_base(joint_q: NDArray[np.float32], hand_bases: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Joint coordinates whose wrist is relative to one base frame, though each phase had its own.
+
+    Args:
+        joint_q: Joint coordinates [m | rad], shape ``[T, H, 51]``.
+        hand_bases: Base frame of every sample: position [m], quaternion xyzw, shape ``[T, H, 7]``.
+
+    Returns:
+        The same, relative to the first base frame; wrist angles go on without jumps.
+    """
+    if (hand_bases == hand_bases[0]).all():
+        return joint_q
+    result = joint_q.copy()
+    for hand in range(joint_q.shape[1]):
+        first = Rotation.from_quat(hand_bases[0, hand, 3:])
+        base = Rotation.from_quat(hand_bases[:, hand, 3:])
+        position = hand_bases[:, hand, :3] + base.apply(joint_q[:, hand, :3])
+        result[:, hand, :3] = first.inv().apply(position - hand_bases[0, hand, :3])
+        turn = first.inv() * base * Rotation.from_euler("XYZ", joint_q[:, hand, 3:6])
+        result[:, hand, 3:6] = _continuous(turn.as_euler("XYZ"))
+    return result
+
+
+def _continuous(angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Intrinsic XYZ angles [T, 3], each triple replaced by the equivalent one that is nearest to the one before."""
+    result = angles.copy()
+    for now in range(1, len(angles)):
+        x, y, z = angles[now]
+        triples = np.array([[x, y, z], [x + np.pi, np.pi - y, z + np.pi]])
+        triples += 2 * np.pi * np.round((result[now - 1] - triples) / (2 * np.pi))
+        result[now] = min(triples, key=lambda triple: float(np.abs(triple - result[now - 1]).sum()))
+    return result
 
 
 def phase_name(action: ActionConfig, step: int) -> str:

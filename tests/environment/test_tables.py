@@ -7,9 +7,19 @@ import pytest
 
 from artigrasp.assets.hand import load_hand
 from artigrasp.assets.object import load_object
-from artigrasp.config import ActionConfig, PDGain, PDGains, ResetConfig, ResidualConfig, RewardConfig, SynergyConfig
+from artigrasp.config import (
+    ActionConfig,
+    PDGain,
+    PDGains,
+    PhaseConfig,
+    ResetConfig,
+    ResidualConfig,
+    RewardConfig,
+    SynergyConfig,
+)
 from artigrasp.environment import tables
 from artigrasp.environment.worlds import training_worlds
+from artigrasp.errors import UserError
 from artigrasp.kernels import actions
 from tests.example_references import box_references
 
@@ -67,12 +77,13 @@ def test_terms_that_are_not_in_use_have_no_scale() -> None:
     both = ActionConfig(
         wrist_prior="hinge", finger_prior="reference", synergy=SynergyConfig(), residual=ResidualConfig()
     )
-    settings = tables.action_settings(both, ResetConfig(open_fraction=0.25))
-    assert (settings.wrist_prior, settings.finger_prior) == (actions.WRIST_HINGE, actions.FINGERS_REFERENCE)
+    settings = tables.action_settings(both, ResetConfig(open_fraction=0.25), 0.01)
+    priors = actions.WRIST_PRIORS[settings.wrist_prior], actions.FINGER_PRIORS[settings.finger_prior]
+    assert priors == ("hinge", "reference")
     assert settings.open_fraction == 0.25
-    assert settings.lead_scale > 0.0 and min(settings.residual_scale) > 0.0
-    neither = tables.action_settings(replace(both, synergy=None, residual=None), ResetConfig())
-    scales = ("wrist_translation_scale", "wrist_rotation_scale", "lead_scale")
+    scales = ("wrist_translation_scale", "wrist_rotation_scale", "flexion_scale", "thumb_scale", "lead_scale")
+    assert all(getattr(settings, name) > 0.0 for name in scales) and min(settings.residual_scale) > 0.0
+    neither = tables.action_settings(replace(both, synergy=None, residual=None), ResetConfig(), 0.01)
     assert all(getattr(neither, name) == 0.0 for name in scales) and max(neither.residual_scale) == 0.0
 
 
@@ -85,9 +96,38 @@ def test_rewards_are_the_tasks() -> None:
     assert list(tables.outcome_weights(RewardConfig(outcome_success=0.5))) == [0.0, 0.0, 0.5]
 
 
-def test_gains_are_per_group_and_hand() -> None:
-    """Three groups of joints, the same in every world and hand until somebody changes them."""
+def test_phases_have_their_own_gains_and_aims() -> None:
+    """One row per phase: gains by group, the phase to go back to by its place; speeds are per control step."""
     gains = PDGains(PDGain(1.0, 2.0), PDGain(3.0, 4.0), PDGain(5.0, 6.0))
-    stiffness, damping = tables.gain_tables(gains, 4, 2, "cpu")
-    np.testing.assert_array_equal(stiffness.numpy(), np.broadcast_to([1.0, 3.0, 5.0], (4, 2, 3)))
-    np.testing.assert_array_equal(damping.numpy(), np.broadcast_to([2.0, 4.0, 6.0], (4, 2, 3)))
+    carry = ActionConfig(wrist_prior="transport", finger_prior="closed", residual=None, carry_speed=0.2)
+    phases = (
+        PhaseConfig("grasp", 200, aim="grasp", opens=False),
+        PhaseConfig(
+            "carry", 300, carries=True, lift=0.1, reference="second", retry_from="grasp", gains=gains, action=carry
+        ),
+    )
+    table = tables.phase_table(phases, "cpu")
+    np.testing.assert_array_equal(table.stiffness.numpy(), [[50.0, 50.0, 50.0], [1.0, 3.0, 5.0]])
+    np.testing.assert_allclose(table.damping.numpy(), [[0.1, 0.2, 0.2], [2.0, 4.0, 6.0]], rtol=1e-6)
+    expected = {"reference": [0, 1], "aim": [1, 0], "most_steps": [200, 300], "carries": [0, 1], "opens": [0, 1]}
+    expected |= {"retry_from": [-1, 0], "decides": [1, 1]}
+    assert {name: getattr(table, name).numpy().tolist() for name in expected} == expected
+    settings = tables.action_settings(carry, ResetConfig(), 0.01)
+    assert settings.speed == pytest.approx(0.002)
+    with pytest.raises(UserError, match="unknown phase to try again from 'grap': did you mean 'grasp'"):
+        tables.phase_table((*phases, replace(phases[1], retry_from="grap")), "cpu")
+
+
+def test_terms_have_their_place_in_every_phase() -> None:
+    """A residual follows a synergy; phases without the term say so, and phases that do not decide keep."""
+    slow, fast = SynergyConfig(decision_interval=100), ResidualConfig(decision_interval=2)
+    both, alone, neither = (
+        ActionConfig(synergy=slow, residual=fast), ActionConfig(residual=fast), ActionConfig(residual=None)
+    )  # fmt: skip
+    phases = [PhaseConfig(str(row), 1, action=action) for row, action in enumerate((both, alone, neither, both))]
+    phases[3] = replace(phases[3], decides=False)
+    assert tables.term_columns(phases, "synergy") == ([0, 0, 0, 0], [100, -1, -1, 0])
+    assert tables.term_columns(phases, "residual") == (
+        [actions.SYNERGY_COUNT, 0, 0, actions.SYNERGY_COUNT],
+        [2, 2, -1, 0],
+    )

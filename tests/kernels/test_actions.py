@@ -8,30 +8,32 @@ import warp as wp
 from scipy.spatial.transform import Rotation
 
 from artigrasp.assets.hand import load_hand
+from artigrasp.kernels import states
 from artigrasp.kernels.actions import (
-    FINGERS_CURRENT,
-    FINGERS_REFERENCE,
+    FINGER_PRIORS,
     SYNERGIES,
-    WRIST_HINGE,
-    WRIST_REFERENCE,
+    WRIST_PRIORS,
     ActionSettings,
     finger_synergy_basis,
+    hand_backs,
     pd_targets,
 )
 from artigrasp.kernels.layout import ARTICULATED, DOF_COUNT, DOFS, HANDS
 from tests.kernels import numpy_reference
 from tests.kernels.samples import Sample, random_sample, to_device
 
-PAPER = {"wrist_prior": WRIST_REFERENCE, "finger_prior": FINGERS_CURRENT}
-HINGE = {"wrist_prior": WRIST_HINGE, "finger_prior": FINGERS_REFERENCE}
+PAPER = {"wrist_prior": "reference", "finger_prior": "current"}
+HINGE = {"wrist_prior": "hinge", "finger_prior": "reference"}
 SCALES = np.array([0.001] * 3 + [0.01] * 3 + [0.015] * 45)
 LEAD = 0.35
 
 
-def settings(**changes: float) -> ActionSettings:
+def settings(wrist_prior: str, finger_prior: str, **changes: float) -> ActionSettings:
     """The paper's scales, ours for the synergies, with changes."""
     result = ActionSettings()
     values = {
+        "wrist_prior": WRIST_PRIORS.index(wrist_prior),
+        "finger_prior": FINGER_PRIORS.index(finger_prior),
         "approach_steps": 60.0,
         "close_start": 30.0,
         "close_end": 70.0,
@@ -39,6 +41,8 @@ def settings(**changes: float) -> ActionSettings:
         "lead": LEAD,
         "wrist_translation_scale": 0.015,
         "wrist_rotation_scale": 0.15,
+        "flexion_scale": 0.3,
+        "thumb_scale": 0.2,
         "lead_scale": 0.15,
         "residual_scale": wp.vec3(0.001, 0.01, 0.015),
     }
@@ -49,7 +53,7 @@ def settings(**changes: float) -> ActionSettings:
 
 def targets(
     sample: Sample,
-    prior: dict[str, int],
+    prior: dict[str, str],
     step: int = 1000,
     synergy: np.ndarray | None = None,
     residual: np.ndarray | None = None,
@@ -61,6 +65,9 @@ def targets(
     hands = sample.part.shape
     for array, value in ((device.goal.lower, -limit), (device.goal.upper, limit)):
         array.fill_(value)
+    phase = states.phase_state(sample.world_count)
+    phase.step.fill_(step)
+    phase.start_object_pose.assign(sample.pose)
     result = wp.full((*hands, DOF_COUNT), np.nan, dtype=float)
     wp.launch(
         pd_targets,
@@ -70,9 +77,10 @@ def targets(
             device.objects,
             device.object_model,
             device.goal,
-            settings(**prior, **changes),
-            wp.array(finger_synergy_basis(HANDS, flexion_scale=0.3, thumb_scale=0.2), dtype=float),
-            wp.full(sample.world_count, step, dtype=int),
+            phase,
+            wp.array([settings(**prior, **changes)], dtype=ActionSettings),
+            wp.array(finger_synergy_basis(HANDS), dtype=float),
+            wp.array(hand_backs(HANDS), dtype=wp.vec3),
             wp.array(np.zeros((*hands, len(SYNERGIES))) if synergy is None else synergy, dtype=float),
             wp.array(np.zeros((*hands, DOF_COUNT)) if residual is None else residual, dtype=float),
         ],
@@ -181,7 +189,7 @@ def test_wrist_synergies_move_the_wrist_in_the_parts_frame(sample: Sample) -> No
 
 def test_finger_synergies_add_to_the_fingers(sample: Sample) -> None:
     """Each synergy moves its own angles by its scale, on either finger prior."""
-    basis = finger_synergy_basis(HANDS, flexion_scale=0.3, thumb_scale=0.2)
+    basis = finger_synergy_basis(HANDS) * np.array([0.3, 0.2, 0.2, 0.2, 0.2])[:, None]
     synergy = np.zeros((*sample.part.shape, len(SYNERGIES)))
     synergy[..., 6:11] = np.random.default_rng(0).normal(size=(*sample.part.shape, 5))
     offset = np.einsum("whk,hkj->whj", synergy[..., 6:11], basis)
@@ -191,11 +199,11 @@ def test_finger_synergies_add_to_the_fingers(sample: Sample) -> None:
 
 def test_the_finger_synergy_basis() -> None:
     """Flexion is a turn about z of the twelve finger joints; thumb offsets move the thumb; left mirrors right."""
-    left, right = finger_synergy_basis(HANDS, flexion_scale=0.3, thumb_scale=0.2)
+    left, right = finger_synergy_basis(HANDS)
     angles = np.array(DOFS[6:])
     flexing = {f"{finger}{joint}_rz" for finger in ("index", "middle", "ring", "pinky") for joint in (1, 2, 3)}
     assert set(angles[right[0] != 0]) == flexing
-    assert set(right[0]) == {0.0, np.float32(0.3)}
+    assert set(right[0]) == {0.0, 1.0}
     assert [list(angles[row != 0]) for row in right[1:4]] == [["thumb1_rx"], ["thumb1_ry"], ["thumb1_rz"]]
     assert set(angles[right[4] != 0]) == {"thumb2_ry", "thumb2_rz", "thumb3_ry", "thumb3_rz"}
     np.testing.assert_array_equal(left, right * np.tile([1.0, -1.0, -1.0], 15))
@@ -205,7 +213,7 @@ def test_flexion_closes_the_fingers_of_both_hands(sample: Sample) -> None:
     """Flexed fingertips move to -y, where the palms look, on the right and on the left hand."""
     hands = [load_hand("open", side) for side in HANDS]
     offsets = (np.stack([hand.link_offset for hand in hands]), np.stack([hand.tip_offset for hand in hands]))
-    basis = finger_synergy_basis(HANDS, flexion_scale=0.3, thumb_scale=0.3)
+    basis = 0.3 * finger_synergy_basis(HANDS)
     root = (np.eye(3)[None, None].repeat(2, 1), np.zeros((1, 2, 3)))
     flat = numpy_reference.hand_frames(root, np.zeros((1, 2, 45)), *offsets)[1]
     flexed = numpy_reference.hand_frames(root, basis[None, :, 0].astype(float), *offsets)[1]
@@ -264,13 +272,13 @@ def test_targets_keep_the_limits(sample: Sample) -> None:
 
 
 @pytest.mark.parametrize("prior", [PAPER, HINGE])
-def test_idle_hands_hold_still(sample: Sample, prior: dict[str, int]) -> None:
+def test_idle_hands_hold_still(sample: Sample, prior: dict[str, str]) -> None:
     """A hand that takes no part is asked to keep the pose of its reset, whatever the policy says."""
     idle = replace(sample, active=np.zeros_like(sample.active))
     noise = np.random.default_rng(0)
     synergy = noise.normal(size=(*sample.part.shape, len(SYNERGIES)))
     target = targets(idle, prior, synergy=synergy, residual=noise.normal(size=sample.joint_q.shape))
-    assert (target[..., :6] == 0.0).all()
+    np.testing.assert_allclose(wrist_at(idle, target)[1], idle.hand_base[..., :3], atol=1e-6)
     np.testing.assert_allclose(target[..., 6:], 0.3 * sample.finger_angles, atol=1e-6)
 
 

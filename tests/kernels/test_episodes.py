@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 
+from artigrasp.kernels import states
 from artigrasp.kernels.episodes import advance_steps, begin_episodes, latch_actions
 
 WORLD_COUNT = 400
@@ -56,23 +57,46 @@ def test_a_count_of_one_fixes_the_reference() -> None:
 @pytest.mark.parametrize("interval", [1, 4])
 def test_decisions_hold_for_their_interval(interval: int) -> None:
     """A term takes its own columns of the action, and only when a decision is due."""
+    action, held, found = latch(np.zeros(9), np.arange(9), first_column=[6], interval=[interval])
+    due = np.arange(9) % interval == 0
+    np.testing.assert_array_equal(found[due], action[due, :, 6:9])
+    np.testing.assert_array_equal(found[~due], held[~due])
+
+
+def test_every_phase_has_its_own_terms() -> None:
+    """A phase has its own columns and intervals; one without the term has zeros, one that decides nothing keeps."""
+    phase, step = np.repeat(np.arange(4), 4), np.tile(np.arange(4), 4)
+    action, held, found = latch(phase, step, first_column=[0, 7, 0, 0], interval=[1, 2, 0, -1])
+    np.testing.assert_array_equal(found[phase == 0], action[phase == 0, :, :3])
+    due = (phase == 1) & (step % 2 == 0)
+    np.testing.assert_array_equal(found[due], action[due, :, 7:])
+    kept = (phase == 2) | ((phase == 1) & ~due)
+    np.testing.assert_array_equal(found[kept], held[kept])
+    assert (found[phase == 3] == 0.0).all()
+
+
+def latch(
+    phase: np.ndarray, step: np.ndarray, first_column: list[int], interval: list[int]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """An action of 10 columns, the 3 decisions in force before, and those after."""
     rng = np.random.default_rng(0)
-    action, held = rng.normal(size=(9, 2, 10)).astype(np.float32), rng.normal(size=(9, 2, 3)).astype(np.float32)
-    step = np.arange(9)
+    worlds = len(phase)
+    action = rng.normal(size=(worlds, 2, 10)).astype(np.float32)
+    held = rng.normal(size=(worlds, 2, 3)).astype(np.float32)
+    state = states.phase_state(worlds)
+    state.index.assign(phase.astype(np.int32))
+    state.decision_step.assign(step.astype(np.int32))
     array = wp.array(held, dtype=float)
-    wp.launch(
-        latch_actions,
-        dim=(9, 2),
-        inputs=[wp.array(action, dtype=float), wp.array(step, dtype=int), 6, interval],
-        outputs=[array],
-    )
-    due = step % interval == 0
-    np.testing.assert_array_equal(array.numpy()[due], action[due, :, 6:9])
-    np.testing.assert_array_equal(array.numpy()[~due], held[~due])
+    columns = [wp.array(each, dtype=int) for each in (first_column, interval)]
+    wp.launch(latch_actions, dim=(worlds, 2), inputs=[wp.array(action, dtype=float), state, *columns], outputs=[array])
+    return action, held, array.numpy()
 
 
 def test_steps_are_counted() -> None:
-    """One per world and launch."""
-    step = wp.array([0, 7], dtype=int)
-    wp.launch(advance_steps, dim=2, inputs=[step])
-    assert step.numpy().tolist() == [1, 8]
+    """One per world and launch, on all three clocks."""
+    step, phase = wp.array([0, 7], dtype=int), states.phase_state(2)
+    phase.step.assign([3, 0])
+    phase.decision_step.assign([1, 9])
+    wp.launch(advance_steps, dim=2, inputs=[step, phase])
+    clocks = (step, phase.step, phase.decision_step)
+    assert [clock.numpy().tolist() for clock in clocks] == [[1, 8], [4, 1], [2, 10]]

@@ -90,6 +90,8 @@ class Worlds:
         self.hands = fill(states.hand_state(WORLD_COUNT, 2), states.HandState, self.sample)
         self.objects = fill(states.object_state(WORLD_COUNT), states.ObjectState, self.sample)
         self.goal = states.goal(WORLD_COUNT, 2)
+        self.phase = states.phase_state(WORLD_COUNT)
+        self.target_offset = random_poses(rng, WORLD_COUNT)
 
     def reset(self, mask: np.ndarray | None = None, goal_angle: np.ndarray | float = -1.0) -> "Worlds":
         """Reset the masked worlds, by default all; returns self."""
@@ -101,6 +103,7 @@ class Worlds:
                 wp.array(mask, dtype=int),
                 wp.array(self.index, dtype=int),
                 wp.array(np.broadcast_to(goal_angle, WORLD_COUNT), dtype=float),
+                wp.array(self.target_offset, dtype=wp.transform),
                 self.episode,
                 self.seed,
                 self.table,
@@ -110,6 +113,7 @@ class Worlds:
                 self.hands,
                 self.objects,
                 self.goal,
+                self.phase,
             ],
         )
         return self
@@ -262,16 +266,38 @@ def test_effective_limits_contain_the_reference(worlds: Worlds) -> None:
 
 def test_goal_angles(worlds: Worlds) -> None:
     """Drawn for articulation, the start angle for grasping, or what is asked for."""
-    angle = worlds.goal.angle.numpy()
+    angle = worlds.goal.target_angle.numpy()
     articulate = worlds.of_world("articulate") == 1
     assert articulate.any() and not articulate.all()
     assert angle[articulate].min() > 0.5 and angle[articulate].max() < 1.5
     np.testing.assert_allclose(angle[articulate].mean(), 1.0, atol=0.1)
     np.testing.assert_allclose(angle[~articulate], worlds.of_world("object_angle")[~articulate], rtol=1e-6)
     asked = np.where(np.arange(WORLD_COUNT) < 50, 0.75, -1.0)
-    found = Worlds().reset(goal_angle=asked).goal.angle.numpy()
+    found = Worlds().reset(goal_angle=asked).goal.target_angle.numpy()
     np.testing.assert_array_equal(found[:50], 0.75)
     np.testing.assert_array_equal(found[50:], angle[50:])
+
+
+def test_the_target_of_the_object_is_shifted_and_turned(worlds: Worlds) -> None:
+    """Both along the world's axes, the turn about the base's own origin."""
+    start, offset = (numpy_reference.frame(each) for each in (worlds.of_world("object_pose"), worlds.target_offset))
+    found = numpy_reference.frame(worlds.goal.target_object_pose.numpy())
+    np.testing.assert_allclose(found[1], start[1] + offset[1], atol=1e-5)
+    np.testing.assert_allclose(found[0], offset[0] @ start[0], atol=1e-5)
+
+
+def test_the_first_phase_begins() -> None:
+    """All clocks and counts are zero, and the object is where it starts."""
+    worlds = Worlds()
+    for name, dtype in states.element_types(states.PhaseState).items():
+        array = getattr(worlds.phase, name)
+        if dtype is wp.int32:
+            array.fill_(5)
+    worlds.reset()
+    for name, dtype in states.element_types(states.PhaseState).items():
+        if dtype is wp.int32:
+            assert (getattr(worlds.phase, name).numpy() == 0).all(), name
+    np.testing.assert_allclose(worlds.phase.start_object_pose.numpy(), worlds.of_world("object_pose"), atol=1e-6)
 
 
 def test_same_seed_same_episodes() -> None:
@@ -284,7 +310,7 @@ def test_same_seed_same_episodes() -> None:
     first.reset().reset()
     second.reset(~alone).reset(~alone).reset(alone).reset(alone)
     np.testing.assert_array_equal(first.hands.joint_q.numpy(), second.hands.joint_q.numpy())
-    np.testing.assert_array_equal(first.goal.angle.numpy(), second.goal.angle.numpy())
+    np.testing.assert_array_equal(first.goal.target_angle.numpy(), second.goal.target_angle.numpy())
     assert (first.episode.numpy() == 3).all()
 
 

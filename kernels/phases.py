@@ -1,0 +1,305 @@
+"""The phases of a long motion: when one ends and how, and how the next begins (paper, Section Sequence Generation)."""
+
+import warp as wp
+
+from .goals import contact_strength, is_touching
+from .kinematics import wrist_pose, wrist_twist
+from .metrics import tilt_between
+from .resets import ReferenceTable, set_hand_goal
+from .rotations import quat_to_rotation_vector
+from .states import Goal, HandModel, HandState, ObjectState, PhaseState
+
+wp.set_module_options({"enable_backward": False})
+
+AIMS = ("time", "grasp", "object", "hinge", "hands")
+"""What ends a phase before its time: nothing; all hands that take part touch the object, which is at rest; the base is
+where it should be, at rest; the hinge is where it should be; the wrists are where their targets are."""
+_TIME, _GRASP, _OBJECT, _HINGE, _HANDS = (wp.constant(row) for row in range(len(AIMS)))
+
+OUTCOMES = ("not begun", "running", "done", "not grasped", "not reached", "dropped", "slipped", "toppled")
+"""What became of a phase. The last five are failures: the aim not met in time, or the object lost."""
+FIRST_FAILURE = OUTCOMES.index("not grasped")
+_RUNNING, _DONE, _NOT_GRASPED, _NOT_REACHED, _DROPPED, _SLIPPED, _TOPPLED = (
+    wp.constant(row) for row in range(1, len(OUTCOMES))
+)
+_FIRST_FAILURE = wp.constant(FIRST_FAILURE)
+
+
+@wp.struct
+class PhaseTable:
+    """The phases of a sequence, in order; ``P`` of them.
+
+    Attributes:
+        reference: [P] int, which of a world's references is played.
+        aim: [P] int, index into `AIMS`.
+        least_steps, most_steps: [P] int, control steps after which a phase may end and must end.
+        carries: [P] int, 1 where the hands take the object to its goal, 0 where it should stay.
+        lift: [P] height over the target where the object is carried to, m.
+        opens: [P] int, 1 where the hinge should go to its target, 0 where it should stay as it was at the start.
+        decides: [P] int, 1 where decisions count anew.
+        retry_from: [P] int, the phase to go back to after a failure, -1 for none.
+        stiffness, damping: [P, 3] gains of the `DOF_GROUPS`, N/m and N.m/rad, N.s/m and N.m.s/rad.
+    """
+
+    reference: wp.array[int]
+    aim: wp.array[int]
+    least_steps: wp.array[int]
+    most_steps: wp.array[int]
+    carries: wp.array[int]
+    lift: wp.array[float]
+    opens: wp.array[int]
+    decides: wp.array[int]
+    retry_from: wp.array[int]
+    stiffness: wp.array2d[float]
+    damping: wp.array2d[float]
+
+
+@wp.struct
+class PhaseLimits:
+    """When an aim counts as met, and an object as lost.
+
+    Attributes:
+        settle_steps: control steps in a row in which an aim must be met.
+        object_speed, object_turn_speed: of an object at rest, at most, m/s and rad/s.
+        position, rotation: distance of the base from its goal, at most, m and rad.
+        hinge: distance of the hinge from its goal, at most, rad.
+        wrist_position, wrist_rotation: distance of a wrist from its target, at most, m and rad.
+        drop_steps: control steps in a row without any touch after which a carried object counts as dropped.
+        slip: distance of a carried object from its goal from which on it did not only miss it but slipped, m.
+        tilt: of the base since the phase began, from which on a standing object counts as toppled, rad.
+        retry_count: how often an episode may try again.
+        limit_margin: room that the effective joint limits leave around the reference, rad.
+    """
+
+    settle_steps: int
+    object_speed: float
+    object_turn_speed: float
+    position: float
+    rotation: float
+    hinge: float
+    wrist_position: float
+    wrist_rotation: float
+    drop_steps: int
+    slip: float
+    tilt: float
+    retry_count: int
+    limit_margin: float
+
+
+@wp.func
+def untouching_hands(hand_state: HandState, goal: Goal, world: int) -> wp.vec2i:
+    """Number of hands that take part, and of those among them that touch nothing of the object."""
+    result = wp.vec2i(0, 0)
+    for hand in range(goal.active.shape[1]):
+        if goal.active[world, hand] != 0:
+            touches = wp.float32(0.0)
+            for link in range(goal.contacts.shape[2]):
+                touches = wp.max(touches, is_touching(contact_strength(hand_state, goal, world, hand, link)))
+            result += wp.vec2i(1, wp.where(touches > 0.0, 0, 1))
+    return result
+
+
+@wp.func
+def wrists_arrived(hand_state: HandState, target: wp.array3d[float], limits: PhaseLimits, world: int) -> bool:
+    """Whether all wrists are near their PD targets."""
+    late = wp.int32(0)
+    for hand in range(target.shape[1]):
+        for dof in range(6):
+            limit = wp.where(dof < 3, limits.wrist_position, limits.wrist_rotation)
+            if wp.abs(target[world, hand, dof] - hand_state.joint_q[world, hand, dof]) > limit:
+                late += 1
+    return late == 0
+
+
+@wp.kernel
+def advance_phases(
+    hand_state: HandState,
+    object_state: ObjectState,
+    goal: Goal,
+    target: wp.array3d[float],
+    table: PhaseTable,
+    limits: PhaseLimits,
+    # outputs
+    phase: PhaseState,
+    outcome: wp.array2d[int],
+    begins: wp.array[int],
+):
+    """End phases and move on to the next, or back to try again; launch with ``dim=W`` after the step was counted.
+
+    Args:
+        hand_state, object_state, goal: see `states`.
+        target: [W, H, 51] PD targets, m and rad.
+        table, limits: see there.
+        phase: in and out.
+        outcome: [W, P] int in and out, index into `OUTCOMES` of every phase in this episode.
+        begins: [W] int output, 1 where another phase begins, which `begin_phases` must prepare.
+    """
+    world = wp.tid()
+    begins[world] = 0
+    index = phase.index[world]
+    if phase.finished[world] != 0:
+        return
+    outcome[world, index] = _RUNNING
+    hands = untouching_hands(hand_state, goal, world)
+    phase.untouched_steps[world] = wp.where(hands[0] == hands[1], phase.untouched_steps[world] + 1, 0)
+
+    pose, asked = object_state.pose[world], goal.object_pose[world]
+    distance = wp.length(wp.transform_get_translation(asked) - wp.transform_get_translation(pose))
+    turn = wp.transform_get_rotation(asked) * wp.quat_inverse(wp.transform_get_rotation(pose))
+    velocity = object_state.velocity[world]
+    at_rest = (
+        wp.length(wp.spatial_top(velocity)) < limits.object_speed
+        and wp.length(wp.spatial_bottom(velocity)) < limits.object_turn_speed
+    )
+    aim = table.aim[index]
+    met = False
+    if aim == _GRASP:
+        met = at_rest and hands[1] == 0
+    elif aim == _OBJECT:
+        near = distance < limits.position and wp.length(quat_to_rotation_vector(turn)) < limits.rotation
+        met = at_rest and near
+    elif aim == _HINGE:
+        met = wp.abs(goal.angle[world] - object_state.hinge_q[world]) < limits.hinge
+    elif aim == _HANDS:
+        met = wrists_arrived(hand_state, target, limits, world)
+    phase.settled_steps[world] = wp.where(met, phase.settled_steps[world] + 1, 0)
+
+    tilt = tilt_between(wp.transform_get_rotation(phase.start_object_pose[world]), wp.transform_get_rotation(pose))
+    ended = _RUNNING
+    if table.carries[index] != 0 and phase.untouched_steps[world] >= limits.drop_steps:
+        ended = _DROPPED
+    elif table.carries[index] == 0 and tilt > limits.tilt:
+        ended = _TOPPLED
+    elif phase.settled_steps[world] >= limits.settle_steps and phase.step[world] >= table.least_steps[index]:
+        ended = _DONE
+    elif phase.step[world] >= table.most_steps[index]:
+        ended = _DONE
+        if aim == _GRASP:
+            ended = _NOT_GRASPED
+        elif aim == _OBJECT:
+            ended = wp.where(distance > limits.slip, _SLIPPED, _NOT_REACHED)
+        elif aim == _HINGE:
+            ended = _NOT_REACHED
+    if ended == _RUNNING:
+        return
+    outcome[world, index] = ended
+    back = table.retry_from[index]
+    if ended >= _FIRST_FAILURE and back >= 0 and phase.retry_count[world] < limits.retry_count:
+        phase.retry_count[world] += 1
+        phase.index[world] = back
+        begins[world] = 1
+    elif index + 1 < table.aim.shape[0]:
+        phase.index[world] = index + 1
+        begins[world] = 1
+    else:
+        phase.finished[world] = 1
+
+
+@wp.kernel
+def reset_outcomes(world_mask: wp.array[int], outcome: wp.array2d[int]):
+    """Forget what became of the masked worlds' phases; launch with ``dim=W``."""
+    world = wp.tid()
+    if world_mask[world] == 0:
+        return
+    for phase in range(outcome.shape[1]):
+        outcome[world, phase] = 0
+
+
+@wp.kernel
+def set_object_goal(
+    world_mask: wp.array[int],
+    table: PhaseTable,
+    object_state: ObjectState,
+    phase: PhaseState,
+    # outputs
+    goal: Goal,
+    stiffness: wp.array3d[float],
+    damping: wp.array3d[float],
+):
+    """What the phase that begins asks of the object, and its gains; launch with ``dim=W``.
+
+    Args:
+        world_mask: [W] int, 1 where a phase begins.
+        table, object_state, phase: inputs.
+        goal: output: ``angle`` and ``object_pose``.
+        stiffness, damping: [W, H, 3] outputs.
+    """
+    world = wp.tid()
+    if world_mask[world] == 0:
+        return
+    index = phase.index[world]
+    goal.angle[world] = wp.where(table.opens[index] != 0, goal.target_angle[world], goal.start_angle[world])
+    asked = object_state.pose[world]
+    if table.carries[index] != 0:
+        asked = wp.transform(wp.vec3(0.0, 0.0, table.lift[index]), wp.quat_identity()) * goal.target_object_pose[world]
+    goal.object_pose[world] = asked
+    for hand in range(stiffness.shape[1]):
+        for group in range(stiffness.shape[2]):
+            stiffness[world, hand, group] = table.stiffness[index, group]
+            damping[world, hand, group] = table.damping[index, group]
+
+
+@wp.kernel
+def begin_phases(
+    begins: wp.array[int],
+    references: ReferenceTable,
+    phase_references: wp.array2d[int],
+    table: PhaseTable,
+    limits: PhaseLimits,
+    hand_model: HandModel,
+    object_state: ObjectState,
+    # outputs
+    reference_index: wp.array[int],
+    hand_state: HandState,
+    goal: Goal,
+    phase: PhaseState,
+):
+    """Begin a phase in every masked world; launch with ``dim=W``.
+
+    The base frame of every hand moves to where its wrist is, so that the wrist coordinates become zero. In the world
+    nothing moves, and velocities stay as they are.
+
+    Args:
+        begins: [W] int, 1 where a phase begins.
+        references: the references.
+        phase_references: [W, 2] int, the references that a world's phases choose from.
+        table, limits, hand_model, object_state: inputs.
+        reference_index: [W] int output, the reference that is played.
+        hand_state: in and out.
+        goal, phase: outputs; what is asked of the object is left to `set_object_goal`.
+    """
+    world = wp.tid()
+    if begins[world] == 0:
+        return
+    index = phase.index[world]
+    reference = phase_references[world, table.reference[index]]
+    reference_index[world] = reference
+    for hand in range(references.active.shape[1]):
+        set_hand_goal(
+            references,
+            reference,
+            references.wrist_pose_in_part[reference, hand],
+            limits.limit_margin,
+            hand_model,
+            goal,
+            world,
+            hand,
+        )
+        twist = wrist_twist(hand_state, world, hand)
+        base = wrist_pose(hand_state, world, hand)
+        hand_state.hand_base[world, hand] = base
+        to_base = wp.quat_inverse(wp.transform_get_rotation(base))
+        linear = wp.quat_rotate(to_base, wp.spatial_top(twist))
+        # At zero angles the axes of the three wrist hinges are those of the base.
+        angular = wp.quat_rotate(to_base, wp.spatial_bottom(twist))
+        for axis in range(3):
+            hand_state.joint_q[world, hand, axis] = 0.0
+            hand_state.joint_q[world, hand, 3 + axis] = 0.0
+            hand_state.joint_qd[world, hand, axis] = linear[axis]
+            hand_state.joint_qd[world, hand, 3 + axis] = angular[axis]
+    phase.step[world] = 0
+    phase.settled_steps[world] = 0
+    phase.untouched_steps[world] = 0
+    phase.start_object_pose[world] = object_state.pose[world]
+    if table.decides[index] != 0:
+        phase.decision_step[world] = 0

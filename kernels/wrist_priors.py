@@ -1,0 +1,119 @@
+"""Where a wrist goes by itself: along the hinge, with the object, away from it, around it. All frames: world; m."""
+
+import warp as wp
+
+from .kinematics import part_pose
+from .rotations import quat_to_rotation_vector, rotation_vector_to_quat
+from .states import Goal, ObjectModel, ObjectState, PhaseState
+
+wp.set_module_options({"enable_backward": False})
+
+ARC_HEIGHT = wp.constant(0.1)
+"""How much farther from the object a wrist that goes around to its other side passes [m]."""
+
+
+@wp.func
+def fraction_between(value: float, start: float, end: float) -> float:
+    """Where a value lies between start and end, in [0, 1]; a step at ``end`` when they are equal."""
+    if value >= end:
+        return 1.0
+    return wp.clamp((value - start) / (end - start), 0.0, 1.0)
+
+
+@wp.func
+def smooth_step(value: float, end: float) -> float:
+    """From 0 to 1 between zero and ``end``, without a jump in speed."""
+    fraction = fraction_between(value, 0.0, end)
+    return fraction * fraction * (3.0 - 2.0 * fraction)
+
+
+@wp.func
+def shift_pose(pose: wp.transform, offset: wp.vec3) -> wp.transform:
+    """The frame moved without turning it."""
+    return wp.transform(wp.transform_get_translation(pose) + offset, wp.transform_get_rotation(pose))
+
+
+@wp.func
+def blend_poses(start: wp.transform, end: wp.transform, fraction: float) -> wp.transform:
+    """Straight line between positions and shortest turn between rotations."""
+    start_rotation = wp.transform_get_rotation(start)
+    turn = quat_to_rotation_vector(wp.quat_inverse(start_rotation) * wp.transform_get_rotation(end))
+    return wp.transform(
+        wp.lerp(wp.transform_get_translation(start), wp.transform_get_translation(end), fraction),
+        start_rotation * rotation_vector_to_quat(fraction * turn),
+    )
+
+
+@wp.func
+def direction_from(origin: wp.vec3, position: wp.vec3) -> wp.vec3:
+    """Unit vector from an origin to a position; up, if they are the same."""
+    direction = wp.vec3(0.0, 0.0, 1.0)
+    if wp.length(position - origin) > 0.0:
+        direction = wp.normalize(position - origin)
+    return direction
+
+
+@wp.func
+def move_away(wrist: wp.transform, origin: wp.vec3, distance: float, clearance: float) -> wp.transform:
+    """The wrist frame moved straight away from an origin (up, if it is there), kept above the table."""
+    position = wp.transform_get_translation(wrist)
+    position = position + distance * direction_from(origin, position)
+    return wp.transform(
+        wp.vec3(position[0], position[1], wp.max(position[2], clearance)), wp.transform_get_rotation(wrist)
+    )
+
+
+@wp.func
+def move_around(
+    start: wp.transform, end: wp.transform, origin: wp.vec3, fraction: float, clearance: float
+) -> wp.transform:
+    """A wrist frame on the way from start to end that keeps its distance from an origin, passing above it.
+
+    Direction from and distance to the origin go over separately. The farther the two directions are apart, the more
+    the path rises over the origin and away from it. It is kept above the table.
+    """
+    start_offset = wp.transform_get_translation(start) - origin
+    end_offset = wp.transform_get_translation(end) - origin
+    start_direction = direction_from(wp.vec3(), start_offset)
+    end_direction = direction_from(wp.vec3(), end_offset)
+    bow = 2.0 * fraction * (1.0 - fraction) * (1.0 - wp.dot(start_direction, end_direction))
+    direction = wp.lerp(start_direction, end_direction, fraction) + wp.vec3(0.0, 0.0, bow)
+    distance = wp.lerp(wp.length(start_offset), wp.length(end_offset), fraction) + ARC_HEIGHT * bow
+    position = origin + distance * direction_from(wp.vec3(), direction)
+    return wp.transform(
+        wp.vec3(position[0], position[1], wp.max(position[2], clearance)),
+        wp.transform_get_rotation(blend_poses(start, end, fraction)),
+    )
+
+
+@wp.func
+def planned_object_pose(
+    phase: PhaseState, goal: Goal, world: int, now: float, speed: float, turn_speed: float
+) -> wp.transform:
+    """Where the base should be on its way from where the phase began to its goal.
+
+    Args:
+        phase, goal: see `states`.
+        world: the world.
+        now: control steps since the phase began.
+        speed, turn_speed: mean speeds, m and rad per control step; the slower of the two sets the pace.
+    """
+    start, end = phase.start_object_pose[world], goal.object_pose[world]
+    distance = wp.length(wp.transform_get_translation(end) - wp.transform_get_translation(start))
+    turn = quat_to_rotation_vector(wp.quat_inverse(wp.transform_get_rotation(start)) * wp.transform_get_rotation(end))
+    duration = wp.max(distance / speed, wp.length(turn) / turn_speed)
+    return blend_poses(start, end, smooth_step(now, duration))
+
+
+@wp.func
+def manipulated_part_pose_at(
+    object_state: ObjectState, object_model: ObjectModel, goal: Goal, world: int, hand: int, angle: float
+) -> wp.transform:
+    """Frame of the part that a hand manipulates, if the hinge were at an angle [rad]."""
+    return part_pose(
+        object_state.pose[world],
+        object_model.hinge_origin[world],
+        object_model.hinge_axis[world],
+        angle,
+        goal.part[world, hand],
+    )
