@@ -81,6 +81,7 @@ def _arrays(environment: Environment) -> list[NDArray[np.generic]]:
         (states.HandState, environment.state.hands),
         (states.ObjectState, environment.state.objects),
         (states.Goal, environment.goal),
+        (states.PhaseState, environment.phase),
         (metrics.EpisodeMetrics, environment.metrics),
     )
     arrays = [getattr(group, name) for kind, group in groups for name in states.element_types(kind)]

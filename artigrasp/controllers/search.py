@@ -112,7 +112,7 @@ class SearchController:
             environment: Made for this controller's task, without noise: only then do all episodes start alike.
             on_plan: Called with the control steps done and those of the whole search.
         """
-        hands, steps = environment.hand_count, environment.task.episode_steps
+        hands, steps = environment.hand_count, environment.episode_steps
         seeds = [(self.seed, zlib.crc32(name.encode())) for name in _reference_names(environment)]
         search = CrossEntropy(seeds, hands * SYNERGY_COUNT, self.settings)
         total = self.settings.rollouts * steps
