@@ -21,6 +21,7 @@ def begin_episodes(
     reference_index: wp.array[int],
     step: wp.array[int],
     diverged: wp.array[int],
+    overflow_count: wp.array[int],
 ):
     """Draw a reference for every masked world and set its clock to zero; launch with ``dim=W``.
 
@@ -31,7 +32,7 @@ def begin_episodes(
         seed: of the draw.
         reference_index: [W] output.
         step: [W] output, control steps since the reset.
-        diverged: [W] output, cleared.
+        diverged, overflow_count: [W] outputs, cleared: see ``simulation.state``.
     """
     world = wp.tid()
     if world_mask[world] == 0:
@@ -40,6 +41,7 @@ def begin_episodes(
     reference_index[world] = first_reference[world] + wp.randi(random, 0, reference_count[world])
     step[world] = 0
     diverged[world] = 0
+    overflow_count[world] = 0
 
 
 @wp.kernel

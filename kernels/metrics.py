@@ -6,10 +6,11 @@ from .states import Goal, HandState, ObjectState, element_types
 
 wp.set_module_options({"enable_backward": False})
 
-FAILURES = ("not_finite", "runaway", "lost_object", "diverged")
-"""Bits of `EpisodeMetrics.failure`: a state that is no number, joints or object too fast, object far from its start,
-physics that gave up and began anew."""
-NOT_FINITE, RUNAWAY, LOST_OBJECT, DIVERGED = (wp.constant(1 << bit) for bit in range(len(FAILURES)))
+FAILURES = ("not_finite", "runaway", "lost_object", "diverged", "overflow")
+"""Bits of `EpisodeMetrics.failure`: a state that is no number, joints or object too fast or joints too far, object far
+from its start, physics that gave up and began anew, contacts or constraints that were dropped for want of room."""
+NOT_FINITE, RUNAWAY, LOST_OBJECT, DIVERGED, OVERFLOW = (wp.constant(1 << bit) for bit in range(len(FAILURES)))
+_FAILURE_COUNT = wp.constant(len(FAILURES))
 
 
 @wp.struct
@@ -52,12 +53,14 @@ class MetricLimits:
 
     Attributes:
         opened_angle: change of the hinge angle that counts as opened, rad.
-        joint_speed: largest believable speed of a finger joint or the hinge, rad/s, and of the wrist, m/s and rad/s.
+        speed: largest believable speed of any joint or of the object's base, m/s and rad/s.
+        coordinate: largest believable joint coordinate of a hand, m and rad.
         displacement: distance from its start at which the object counts as lost, m.
     """
 
     opened_angle: float
-    joint_speed: float
+    speed: float
+    coordinate: float
     displacement: float
 
 
@@ -86,18 +89,23 @@ def failure_bits(
     rotation = wp.transform_get_rotation(object_state.pose[world])
     finite = wp.isfinite(position) and wp.isfinite(rotation) and wp.isfinite(object_state.velocity[world])
     fastest = wp.abs(object_state.hinge_qd[world])
+    fastest = wp.max(fastest, wp.length(wp.spatial_top(object_state.velocity[world])))
+    fastest = wp.max(fastest, wp.length(wp.spatial_bottom(object_state.velocity[world])))
     magnitude = wp.abs(object_state.hinge_q[world])
+    farthest = wp.float32(0.0)
     for hand in range(hand_state.joint_q.shape[1]):
         for dof in range(hand_state.joint_q.shape[2]):
             # Sums, since max() may drop what is no number.
-            magnitude += wp.abs(hand_state.joint_q[world, hand, dof])
+            coordinate = wp.abs(hand_state.joint_q[world, hand, dof])
+            magnitude += coordinate
+            farthest = wp.max(farthest, coordinate)
             speed = wp.abs(hand_state.joint_qd[world, hand, dof])
             magnitude += speed
             fastest = wp.max(fastest, speed)
     bits = 0
     if not (finite and wp.isfinite(magnitude + object_state.hinge_qd[world])):
         bits = bits | NOT_FINITE
-    if fastest > limits.joint_speed:
+    if fastest > limits.speed or farthest > limits.coordinate:
         bits = bits | RUNAWAY
     if displacement > limits.displacement:
         bits = bits | LOST_OBJECT
@@ -140,19 +148,21 @@ def update_metrics(
     object_state: ObjectState,
     goal: Goal,
     diverged: wp.array[int],
+    overflow_count: wp.array[int],
     limits: MetricLimits,
     metrics: EpisodeMetrics,
+    failure_count: wp.array[int],
 ):
     """Take in one control step; launch with ``dim=W``. Section "Metrics" of the paper.
 
-    A state that is not finite or that diverged physics left behind sets its bit and leaves the measurements as they
-    were.
+    From the first failure on the measurements stay as they were before it.
 
     Args:
         hand_state, object_state, goal: see `states`; the start is the goal's.
-        diverged: [W] int, 1 where the physics gave up in this episode.
+        diverged, overflow_count: [W] int, see ``simulation.state``.
         limits: thresholds.
         metrics: in and out.
+        failure_count: [failure] int, in and out: episodes in which each of `FAILURES` happened.
     """
     world = wp.tid()
     start = goal.start_object_pose[world]
@@ -161,8 +171,14 @@ def update_metrics(
     bits = failure_bits(hand_state, object_state, limits, displacement, world)
     if diverged[world] != 0:
         bits = bits | DIVERGED
-    metrics.failure[world] = metrics.failure[world] | bits
-    if (bits & (NOT_FINITE | DIVERGED)) != 0:
+    if overflow_count[world] != 0:
+        bits = bits | OVERFLOW
+    before = metrics.failure[world]
+    for bit in range(_FAILURE_COUNT):
+        if ((bits & ~before) >> bit) & 1 != 0:
+            wp.atomic_add(failure_count, bit, 1)
+    metrics.failure[world] = before | bits
+    if metrics.failure[world] != 0:
         return
 
     tilt = tilt_between(wp.transform_get_rotation(start), wp.transform_get_rotation(pose))

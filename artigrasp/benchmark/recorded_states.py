@@ -85,7 +85,8 @@ def _arrays(environment: Environment) -> list[NDArray[np.generic]]:
         (metrics.EpisodeMetrics, environment.metrics),
     )
     arrays = [getattr(group, name) for kind, group in groups for name in states.element_types(kind)]
-    arrays += [environment.step_count, environment.reference_index, environment.state.diverged]
+    arrays += [environment.step_count, environment.reference_index]
+    arrays += [environment.state.diverged, environment.state.overflow_count]
     packed = cpu_simulation(environment).packed
     return [*_commands(environment), packed.state, packed.warmstart, *(array.numpy() for array in arrays)]
 

@@ -67,6 +67,7 @@ def run(options: Options) -> int:
 
     start_warp()
 
+    from artigrasp.environment.environment import describe_failures
     from artigrasp.environment.make import make_environment
     from artigrasp.training.run_folder import new_run_folder, write_run_description
     from artigrasp.training.runner import POLICY, IterationReport, Runner
@@ -91,6 +92,8 @@ def run(options: Options) -> int:
             reports.append(report)
             now = runner.curve[-1] if runner.curve else None
             status = f"success {now.success:.2f}, error {now.angle_error:.2f} rad" if now else ""
+            if failures := describe_failures(environment.failure_counts()):
+                status += f", {failures}"
             progress(status, report.iteration, task.iterations)
 
         runner.learn(task.iterations, report_iteration)
@@ -104,6 +107,7 @@ def run(options: Options) -> int:
         "wall_time": runner.wall_time,
         "learn_share": learn_time / total_time if reports else None,
         "success": runner.curve[-1].success if runner.curve else None,
+        "failures": environment.failure_counts(),
     }
     if options.json:
         show_json(result)
@@ -113,6 +117,8 @@ def run(options: Options) -> int:
         show(f"learning took {learn_time / total_time:.0%} of the time, the rest went into collecting")
     if runner.curve:
         show(f"success while exploring: {runner.curve[-1].success:.2f}")
+    if failures := describe_failures(environment.failure_counts()):
+        show(f"episodes that were cut short: {failures}")
     show(f"policy: {result['policy']}")
     return 0
 

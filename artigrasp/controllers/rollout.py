@@ -8,7 +8,7 @@ import numpy as np
 import warp as wp
 
 from artigrasp.controllers.controller import Controller
-from artigrasp.environment.environment import Environment
+from artigrasp.environment.environment import Environment, describe_failures
 
 logger = logging.getLogger(__name__)
 
@@ -51,6 +51,7 @@ def run_episode(
     action_count = environment.action_count
     shape = (environment.world_count, environment.hand_count, max(action_count, 1))
     action = wp.zeros(shape, dtype=float, device=environment.device)
+    before = environment.failure_counts()
     environment.reset()
     on_step(0)
     # worlds of a sequence begin their phases, and so decide, at any time
@@ -60,3 +61,6 @@ def run_episode(
             action.assign(np.ascontiguousarray(controller.act(environment.observe().numpy())))
         environment.step(action)
         on_step(step + 1)
+    counts = {name: count - before[name] for name, count in environment.failure_counts().items()}
+    if failures := describe_failures(counts):
+        logger.warning("%s, of %d episodes", failures, environment.world_count)

@@ -1,6 +1,6 @@
 """The batched environment: hands manipulate hinged objects, all worlds in step."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -56,6 +56,12 @@ def action_count(config: ActionConfig) -> int:
     synergy = actions.SYNERGY_COUNT if config.synergy is not None else 0
     residual = DOF_COUNT if config.residual is not None else 0
     return synergy + residual
+
+
+def describe_failures(counts: Mapping[str, int]) -> str:
+    """Counts by :meth:`Environment.failure_counts` in words; empty if nothing failed."""
+    found = [f"{name} {count}" for name, count in counts.items() if count]
+    return f"failed physics: {', '.join(found)}" if found else ""
 
 
 class Environment:
@@ -163,7 +169,7 @@ class Environment:
             episodes.begin_episodes,
             self.world_count,
             [world_mask, self._first_reference, self._reference_count, self.episode, self.seed],
-            [self.reference_index, self.step_count, self.state.diverged],
+            [self.reference_index, self.step_count, self.state.diverged, self.state.overflow_count],
         )
         self._bystanders.reset(world_mask)
         self._launch(
@@ -252,7 +258,7 @@ class Environment:
     def episode_summary(self) -> dict[str, NDArray[np.float64]]:
         """What happened in every world since its reset, each of shape [world]; angles in rad, distances in m.
 
-        Of a world whose physics diverged, it is what was measured before.
+        Of a world whose physics failed, it is what was measured before.
         """
         measured = {
             "final_angle": self.metrics.angle,
@@ -272,6 +278,10 @@ class Environment:
         opened = np.abs(summary["final_angle"] - summary["start_angle"]) > OPENED_ANGLE
         summary["success"] = (opened & ~failed).astype(np.float64)
         return summary
+
+    def failure_counts(self) -> dict[str, int]:
+        """Episodes so far in which each of :data:`artigrasp.kernels.metrics.FAILURES` happened, by its name."""
+        return dict(zip(metrics.FAILURES, self._failure_count.numpy().tolist(), strict=True))
 
     def reference_rows(self) -> NDArray[np.int64]:
         """Row of every world's reference in the set of its object, shape [world]."""
@@ -312,6 +322,7 @@ class Environment:
             both = np.stack([self.worlds.first_reference, self.worlds.second_reference], axis=1)
             self._phase_references = wp.array(both, dtype=int, device=device)
         self.metrics = metrics.episode_metrics(worlds, device)
+        self._failure_count = wp.zeros(len(metrics.FAILURES), dtype=int, device=device)
 
         self.target = wp.zeros((worlds, hands, DOF_COUNT), dtype=float, device=device)
         self._synergy = wp.zeros((worlds, hands, actions.SYNERGY_COUNT), dtype=float, device=device)
@@ -389,7 +400,10 @@ class Environment:
                 self._outcome_terms, self.reward,
             ]  # fmt: skip
             self._measure.append(self._record(outcomes.add_outcome_reward, every_hand, outcome))
-        measured = [hands, objects, goal, self.state.diverged, self._metric_limits, self.metrics]
+        measured = [
+            hands, objects, goal, self.state.diverged, self.state.overflow_count, self._metric_limits, self.metrics,
+            self._failure_count,
+        ]  # fmt: skip
         self._measure.append(self._record(metrics.update_metrics, self.world_count, measured))
         self._compute_features = self._record(
             features.compute_features,

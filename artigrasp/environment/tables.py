@@ -20,7 +20,10 @@ WRIST_CLEARANCE = 0.02
 """Least height of a wrist over the table at the start [m]."""
 
 RUNAWAY_SPEED = 500.0
-"""Joint speed at which the physics of a world counts as failed [rad/s, m/s]."""
+"""Speed of a joint or the object at which the physics of a world counts as failed [rad/s, m/s]."""
+
+RUNAWAY_COORDINATE = 10.0
+"""Joint coordinate of a hand at which it does [rad, m]; targets stay within 2.8 m and about half a turn."""
 
 LOST_DISPLACEMENT = 2.0
 """Distance of the object from its start at which a world counts as failed [m]."""
@@ -132,7 +135,8 @@ def metric_limits(opened_angle: float) -> metrics.MetricLimits:
     """Thresholds of the measurements and of what counts as failed physics."""
     limits = metrics.MetricLimits()
     limits.opened_angle = opened_angle
-    limits.joint_speed = RUNAWAY_SPEED
+    limits.speed = RUNAWAY_SPEED
+    limits.coordinate = RUNAWAY_COORDINATE
     limits.displacement = LOST_DISPLACEMENT
     return limits
 

@@ -1,6 +1,5 @@
 """The CPU backend: MuJoCo steps blocks of worlds on all cores."""
 
-import logging
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -14,12 +13,6 @@ from artigrasp.simulation.mujoco_model import ModelLayout, compile_mujoco, model
 from artigrasp.simulation.scene import Scene, check_alike
 from artigrasp.simulation.state import allocate_state
 from artigrasp.simulation.world_block import CONTROL, PackedWorlds, WorldBlock, split_worlds
-
-logger = logging.getLogger(__name__)
-
-# Without a handler MuJoCo writes its warnings to a file in whatever folder the user is in. Worlds that failed are
-# marked in the state, so a warning is only for those who debug.
-mujoco.set_mju_user_warning(logger.debug)
 
 
 class CpuSimulation:

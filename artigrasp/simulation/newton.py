@@ -5,7 +5,6 @@ but for rounding, with one known difference: where two boxes touch, as palms do,
 MuJoCo Warp fewer.
 """
 
-import logging
 from collections.abc import Callable, Sequence
 
 import mujoco_warp
@@ -27,8 +26,6 @@ from artigrasp.simulation.scene import (
     object_label,
 )
 from artigrasp.simulation.state import allocate_state
-
-logger = logging.getLogger(__name__)
 
 CONTACT_CAPACITY = 128
 """Contacts per world for which there is room; all worlds share the room. Two hands on a free object reach 106."""
@@ -57,7 +54,6 @@ class NewtonSimulation:
         state: The batched state; write into it and call :meth:`write_state` to reset worlds.
         joint_torque: Joint torques [N, N·m] that the next substep applies, float32, shape [world, hand, 51].
         torque_rows: Ranges of worlds that :meth:`step` asks torques for: one, with all of them.
-        overflow_count: Substeps so far whose contacts or constraints did not fit and were dropped, int, shape [world].
     """
 
     def __init__(
@@ -99,7 +95,7 @@ class NewtonSimulation:
             self._solver = make_newton_solver(
                 scenes[0], self._model, nconmax=contact_capacity, njmax=constraint_capacity
             )
-        # it would print; overflows are counted and logged instead
+        # it would print; overflows are counted instead
         self._solver.mjw_model.opt.warn_overflow = 0
         allocated = (self._solver.mjw_data.naconmax, self._solver.mjw_data.njmax)
         if allocated != (contact_capacity * self.world_count, constraint_capacity):
@@ -111,8 +107,6 @@ class NewtonSimulation:
 
         self.state = allocate_state(self.world_count, self.hand_count, len(scenes[0].objects), device)
         self.joint_torque = wp.zeros_like(self.state.hands.joint_q)
-        self.overflow_count = wp.zeros(self.world_count, dtype=int, device=device)
-        self._logged_overflows = 0
         # the last entry stands for what belongs to no world
         self._world_flag = wp.zeros(self.world_count + 1, dtype=wp.bool, device=device)
         self._capture = capture
@@ -141,10 +135,7 @@ class NewtonSimulation:
             wp.capture_launch(self._graph)
 
     def write_state(self, world_mask: wp.array) -> None:
-        """Push ``state`` into the physics for the worlds whose mask (int, shape [world]) is not zero.
-
-        New overflows are logged here, for a reset is when the host may wait for the device.
-        """
+        """Push ``state`` into the physics for the worlds whose mask (int, shape [world]) is not zero."""
         self.state.write_focus(world_mask)
         self._launch(
             newton_state.pack_state,
@@ -154,12 +145,6 @@ class NewtonSimulation:
         )
         # no flags: the joints were just written, only warm starts and applied forces go
         self._solver.reset(self._state, world_mask=self._world_flag, flags=0)
-        overflows = int(self.overflow_count.numpy().sum())
-        if overflows > self._logged_overflows:
-            logger.warning(
-                "contacts or constraints did not fit in %d substeps of %d worlds", overflows, self.world_count
-            )
-            self._logged_overflows = overflows
 
     def _step(self, apply_torques: Callable[[slice], None]) -> None:
         hands = (self.world_count, self.hand_count)
@@ -176,7 +161,7 @@ class NewtonSimulation:
                 newton_state.check_worlds,
                 self.world_count,
                 [joint_q, joint_qd, self._observables.overflow, _CAPACITY_OVERFLOW, self._layout],
-                [self._world_flag, self.state.diverged, self.overflow_count],
+                [self._world_flag, self.state.diverged, self.state.overflow_count],
             )
             # as MuJoCo does by itself on the CPU, so that no NaN reaches a learner
             self._solver.reset(self._state, world_mask=self._world_flag)

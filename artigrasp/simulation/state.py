@@ -27,7 +27,9 @@ class SimulationState:
     focus: wp.array
     """Index of the object that hands manipulate, int, shape [world]; change it by :meth:`set_focus`."""
     diverged: wp.array
-    """1 where the physics of a world failed since its last reset, int, shape [world]."""
+    """1 where the physics of a world failed since its last reset and began anew, int, shape [world]."""
+    overflow_count: wp.array
+    """Substeps since the last reset that dropped contacts or constraints for want of room, int, shape [world]."""
 
     @property
     def object_count(self) -> int:
@@ -64,6 +66,7 @@ class SimulationState:
             slots=states.slice_worlds(states.ObjectSlots, self.slots, rows),
             focus=self.focus[rows],
             diverged=self.diverged[rows],
+            overflow_count=self.overflow_count[rows],
         )
 
     def _launch(self, kernel: wp.Kernel, inputs: list[object]) -> None:
@@ -79,4 +82,5 @@ def allocate_state(world_count: int, hand_count: int, object_count: int, device:
         slots=slots,
         focus=wp.zeros(world_count, dtype=int, device=device),
         diverged=wp.zeros(world_count, dtype=int, device=device),
+        overflow_count=wp.zeros(world_count, dtype=int, device=device),
     )

@@ -13,6 +13,7 @@ from mujoco.rollout import Rollout
 from numpy.typing import NDArray
 
 from artigrasp.kernels import mujoco_state
+from artigrasp.simulation.mujoco_warnings import CAPACITY_WARNINGS, warning_count
 from artigrasp.simulation.state import SimulationState
 
 CONTROL = (
@@ -87,6 +88,7 @@ class WorldBlock:
         self._rollout = Rollout(nthread=0)
 
         self._state = state = state.worlds(rows)
+        self._overflow_count = state.overflow_count.numpy()
         mujoco_state_rows, control, sensor, warmstart, next_state = (
             wp.array(each, dtype=wp.float64, device="cpu", copy=False)
             for each in (packed.state, packed.control, packed.sensor, packed.warmstart, self._next_state)
@@ -118,21 +120,41 @@ class WorldBlock:
         for finish_substep in self._finish_substep:
             apply_torques(self.rows)
             self._pack_torques.launch()
-            self._rollout.rollout(
-                self._models,
-                self._data,
-                packed.state,
-                packed.control,
-                control_spec=CONTROL,
-                skip_checks=True,
-                nstep=1,
-                initial_warmstart=packed.warmstart,
-                state=self._next_state,
-                sensordata=packed.sensor,
-            )
+            warnings = warning_count()
+            self._substep(slice(0, len(packed.state)))
+            if warning_count() > warnings:
+                self._count_overflows()
             finish_substep.launch()
         self._unpack_objects.launch()
         self._state.read_focus()
+
+    def _substep(self, worlds: slice) -> None:
+        """Simulate some of the block's worlds for one substep, from the packed state to the next one."""
+        packed = self._packed.rows(worlds)
+        self._rollout.rollout(
+            self._models[worlds],
+            self._data,
+            packed.state,
+            packed.control,
+            control_spec=CONTROL,
+            skip_checks=True,
+            nstep=1,
+            initial_warmstart=packed.warmstart,
+            state=self._next_state[worlds],
+            sensordata=packed.sensor,
+        )
+
+    def _count_overflows(self) -> None:
+        """Find the worlds whose contacts or constraints did not fit.
+
+        All worlds are stepped in one ``MjData``, which knows the warnings of the last only: the substep is repeated
+        world by world. Worlds that diverged need no such search, their clock shows it.
+        """
+        for world in range(len(self._packed.state)):
+            self._substep(slice(world, world + 1))
+            warnings = self._data[0].warning
+            if any(warnings[kind].number for kind in CAPACITY_WARNINGS):
+                self._overflow_count[world] += 1
 
 
 def split_worlds(world_counts: Sequence[int], block_count: int) -> list[tuple[int, slice]]:

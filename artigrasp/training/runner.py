@@ -38,7 +38,7 @@ class IterationReport:
     collect_time: float
     learn_time: float
     metrics: dict[str, float]
-    """Means over the episodes that ended in this iteration, and the learner's losses."""
+    """Means over the episodes that ended in this iteration, counts of failed physics, and the learner's losses."""
 
 
 class Runner:
@@ -117,6 +117,7 @@ class Runner:
         metrics["Policy/std"] = float(self.learner.get_policy().output_std.mean().detach())
         metrics["Policy/learning_rate"] = self.learner.learning_rate
         metrics |= self.env.pop_episode_means()
+        metrics |= self.env.pop_failures()
         metrics["Time/collect"], metrics["Time/learn"] = collected - start, learned - collected
         if "Episode/success" in metrics:
             success, error = metrics["Episode/success"], metrics["Episode/angle_error"]

@@ -41,6 +41,7 @@ class HandVecEnv(VecEnv):
         self._feature_rows = self._as_rows(environment.features)
         self._failure = wp.to_torch(environment.metrics.failure)
         self._returns: dict[str, list[float]] = {}
+        self._reported_failures = environment.failure_counts()
         self.restart()
 
     def restart(self) -> None:
@@ -92,6 +93,13 @@ class HandVecEnv(VecEnv):
         means = {name: sum(values) / len(values) for name, values in self._returns.items() if values}
         self._returns.clear()
         return means
+
+    def pop_failures(self) -> dict[str, int]:
+        """Episodes since the last call in which each kind of failed physics happened, all kinds included."""
+        counts = self.environment.failure_counts()
+        new = {f"Physics/{name}": count - self._reported_failures[name] for name, count in counts.items()}
+        self._reported_failures = counts
+        return new
 
     def _end_episodes(self, dones: torch.Tensor) -> None:
         worlds = dones.reshape(self.environment.world_count, -1).any(dim=1)

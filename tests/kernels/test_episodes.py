@@ -14,7 +14,8 @@ UNTOUCHED = 77
 
 def begin(mask: np.ndarray, episode: int = 0, seed: int = 0, count: int = COUNT) -> dict[str, np.ndarray]:
     """Begin episodes where the mask is one; every output holds ``UNTOUCHED`` before."""
-    outputs = {name: wp.full(WORLD_COUNT, UNTOUCHED, dtype=int) for name in ("reference_index", "step", "diverged")}
+    names = ("reference_index", "step", "diverged", "overflow_count")
+    outputs = {name: wp.full(WORLD_COUNT, UNTOUCHED, dtype=int) for name in names}
     arrays = (mask, np.full(WORLD_COUNT, FIRST), np.full(WORLD_COUNT, count), np.full(WORLD_COUNT, episode))
     wp.launch(
         begin_episodes,
@@ -26,10 +27,10 @@ def begin(mask: np.ndarray, episode: int = 0, seed: int = 0, count: int = COUNT)
 
 
 def test_only_masked_worlds_begin() -> None:
-    """A masked world draws a reference of its range and forgets clock and failure; the others stay as they were."""
+    """A masked world draws a reference of its range and forgets clock and failures; the others stay as they were."""
     mask = np.arange(WORLD_COUNT) % 2
     outputs = begin(mask)
-    for name in ("step", "diverged"):
+    for name in ("step", "diverged", "overflow_count"):
         np.testing.assert_array_equal(outputs[name], np.where(mask == 1, 0, UNTOUCHED))
     drawn = outputs["reference_index"]
     np.testing.assert_array_equal(drawn[mask == 0], UNTOUCHED)

@@ -9,8 +9,10 @@ from scipy.spatial.transform import Rotation
 
 from artigrasp.kernels.metrics import (
     DIVERGED,
+    FAILURES,
     LOST_OBJECT,
     NOT_FINITE,
+    OVERFLOW,
     RUNAWAY,
     EpisodeMetrics,
     MetricLimits,
@@ -29,20 +31,28 @@ def limits() -> MetricLimits:
     """Thresholds of the tests."""
     result = MetricLimits()
     result.opened_angle = OPENED_ANGLE
-    result.joint_speed = 100.0
+    result.speed = 100.0
+    result.coordinate = 10.0
     result.displacement = 2.0
     return result
 
 
-def measure(metrics: EpisodeMetrics, *samples: Sample, diverged: np.ndarray | None = None) -> dict[str, np.ndarray]:
+def measure(
+    metrics: EpisodeMetrics,
+    *samples: Sample,
+    diverged: np.ndarray | None = None,
+    overflow: np.ndarray | None = None,
+    failure_count: wp.array | None = None,
+) -> dict[str, np.ndarray]:
     """Take in states one after the other; returns the measurements."""
-    flags = wp.array(np.zeros(WORLD_COUNT) if diverged is None else diverged, dtype=int)
+    flags = [wp.array(np.zeros(WORLD_COUNT) if each is None else each, dtype=int) for each in (diverged, overflow)]
+    counts = wp.zeros(len(FAILURES), dtype=int) if failure_count is None else failure_count
     for sample in samples:
         device = to_device(sample)
         wp.launch(
             update_metrics,
             dim=WORLD_COUNT,
-            inputs=[device.hands, device.objects, device.goal, flags, limits(), metrics],
+            inputs=[device.hands, device.objects, device.goal, *flags, limits(), metrics, counts],
         )
     return {name: getattr(metrics, name).numpy().copy() for name in element_types(EpisodeMetrics)}
 
@@ -111,15 +121,32 @@ def test_masked_reset(trajectory: list[Sample]) -> None:
         np.testing.assert_array_equal(getattr(metrics, name).numpy(), expected)
 
 
-def test_diverged_physics(trajectory: list[Sample]) -> None:
-    """What a world shows after its physics gave up is no measurement."""
+def test_nothing_is_measured_after_a_failure(trajectory: list[Sample]) -> None:
+    """What a world shows once its physics gave up, or lost contacts, is no measurement, to the end of the episode."""
     metrics = episode_metrics(WORLD_COUNT)
     before = measure(metrics, *trajectory[:2])
+    diverged, overflow = (np.arange(WORLD_COUNT) == world for world in (3, 5))
+    measure(metrics, trajectory[2], diverged=diverged, overflow=overflow)
+    result = measure(metrics, trajectory[3])
+    np.testing.assert_array_equal(result["failure"], DIVERGED * diverged + OVERFLOW * overflow)
+    for world in (3, 5):
+        assert all((values[world] == before[name][world]).all() for name, values in result.items() if name != "failure")
+    np.testing.assert_array_equal(result["step_count"], np.where(diverged | overflow, 2, 4))
+
+
+def test_failures_are_counted_once_per_episode(trajectory: list[Sample]) -> None:
+    """However long a failure lasts, and anew in the next episode; a world may fail in several ways."""
+    metrics, counts = episode_metrics(WORLD_COUNT), wp.zeros(len(FAILURES), dtype=int)
+    lost = trajectory[1].pose.copy()
+    lost[[3, 6], 0] += 10.0
+    failing = replace(trajectory[1], pose=lost)
     diverged = np.arange(WORLD_COUNT) == 3
-    result = measure(metrics, trajectory[2], diverged=diverged)
-    np.testing.assert_array_equal(result["failure"], np.where(diverged, DIVERGED, 0))
-    assert all((values[3] == before[name][3]).all() for name, values in result.items() if name != "failure")
-    np.testing.assert_array_equal(result["step_count"], np.where(diverged, 2, 3))
+    mask = wp.array(np.arange(WORLD_COUNT) == 6, dtype=int)
+    for expected in (2, 3):
+        measure(metrics, failing, failing, diverged=diverged, overflow=2 * diverged, failure_count=counts)
+        found = dict(zip(FAILURES, counts.numpy().tolist(), strict=True))
+        assert found == {"not_finite": 0, "runaway": 0, "lost_object": expected, "diverged": 1, "overflow": 1}
+        wp.launch(reset_metrics, dim=WORLD_COUNT, inputs=[mask, to_device(failing).goal, metrics])
 
 
 @pytest.mark.parametrize("name", ["joint_q", "joint_qd", "pose", "velocity", "hinge_q", "hinge_qd"])
@@ -133,19 +160,22 @@ def test_numbers_that_are_not_finite(trajectory: list[Sample], name: str, value:
     flagged = (result["failure"] & NOT_FINITE) != 0
     np.testing.assert_array_equal(flagged, np.arange(WORLD_COUNT) == 3)
     assert all(np.isfinite(values).all() for values in result.values())
-    np.testing.assert_array_equal(result["step_count"], np.where(flagged, 2, 3))
+    np.testing.assert_array_equal(result["step_count"], np.where(flagged, 1, 3))
 
 
 def test_runaway_and_lost_objects(trajectory: list[Sample]) -> None:
-    """Too fast a joint or hinge, and an object too far from its start, are flagged and stay so."""
+    """Too fast a joint, hinge or object, too far a joint, and an object too far from its start, flagged for good."""
     fast, spinning, pose = trajectory[1].joint_qd.copy(), trajectory[1].hinge_qd.copy(), trajectory[1].pose.copy()
     fast[2, 1, 50] = -101.0
     spinning[4] = 101.0
     pose[6, 0] += 10.0
+    far, velocity = trajectory[1].joint_q.copy(), trajectory[1].velocity.copy()
+    far[7, 0, 20] = -11.0
+    velocity[8, 0], velocity[9, 5] = 101.0, -101.0
     metrics = episode_metrics(WORLD_COUNT)
-    failing = replace(trajectory[1], joint_qd=fast, hinge_qd=spinning, pose=pose)
+    failing = replace(trajectory[1], joint_qd=fast, hinge_qd=spinning, pose=pose, joint_q=far, velocity=velocity)
     failure = measure(metrics, trajectory[0], failing, trajectory[2])["failure"]
     expected = np.zeros(WORLD_COUNT, int)
-    expected[[2, 4]] = RUNAWAY
+    expected[[2, 4, 7, 8, 9]] = RUNAWAY
     expected[6] = LOST_OBJECT
     np.testing.assert_array_equal(failure, expected)

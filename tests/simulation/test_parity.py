@@ -74,8 +74,7 @@ def test_pieces_of_an_episode_agree(episode: tuple[tuple[str, ...], bool, Record
         assert np.quantile(largest, 0.9) < ROUNDING[name], name
         assert largest.max() < ONE_FREE_STEP[name], name
     for simulation in (cpu, newton):
-        assert (simulation.state.diverged.numpy() == 0).all()
-    assert (newton.overflow_count.numpy() == 0).all()
+        assert not (simulation.state.diverged.numpy().any() or simulation.state.overflow_count.numpy().any())
 
 
 def test_a_closed_loop_opens_the_lid_alike(episode: tuple[tuple[str, ...], bool, Recording, np.ndarray]) -> None:
@@ -85,7 +84,7 @@ def test_a_closed_loop_opens_the_lid_alike(episode: tuple[tuple[str, ...], bool,
     angle = play(environment)
     assert cpu_angle[-1] == pytest.approx(GOAL_ANGLE, abs=0.1)
     assert np.abs(angle - cpu_angle).max() < 0.01
-    assert environment.simulation.overflow_count.numpy()[0] == 0
+    assert not any(environment.failure_counts().values())
 
 
 def test_contact_forces_push_the_hand_away() -> None:
