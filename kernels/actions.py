@@ -27,12 +27,13 @@ from .wrist_priors import (
 
 wp.set_module_options({"enable_backward": False})
 
-WRIST_PRIORS = ("reference", "hinge", "transport", "retreat", "transit")
+WRIST_PRIORS = ("reference", "hinge", "schedule", "transport", "retreat", "transit")
 """Wrist priors.
 
 - reference: the reference position on the part as it is, with the current rotation;
 - hinge: the reference pose on the part as it will be a little nearer to the goal angle, approached from where the hand
   began the phase;
+- schedule: the same on the part as it should be by now, wherever the hinge is, the angle being raised with time;
 - transport: the pose in which the hand began the phase, carried along with the object on its way to its goal;
 - retreat: away from the object, along the direction in which the wrist is seen from it;
 - transit: around the object to where the reference is approached from, or where a hand that takes no part waits.
@@ -47,7 +48,7 @@ SYNERGIES = (*WRIST_SYNERGIES, *FINGER_SYNERGIES, "lead")
 """The 12 slow offsets: of the wrist in the manipulated part's frame, of the fingers, and of the lead on the hinge."""
 SYNERGY_COUNT = len(SYNERGIES)
 
-_REFERENCE, _HINGE, _TRANSPORT, _RETREAT, _TRANSIT = (wp.constant(row) for row in range(len(WRIST_PRIORS)))
+_REFERENCE, _HINGE, _SCHEDULE, _TRANSPORT, _RETREAT, _TRANSIT = map(wp.constant, range(len(WRIST_PRIORS)))
 _CURRENT, _CLOSING, _CLOSED, _OPENING = (wp.constant(row) for row in range(len(FINGER_PRIORS)))
 _WRIST_DOF_COUNT = wp.constant(WRIST_DOF_COUNT)
 _FIRST_FINGER_SYNERGY = wp.constant(len(WRIST_SYNERGIES))
@@ -103,16 +104,17 @@ class ActionSettings:
         wrist_prior: index into `WRIST_PRIORS`.
         finger_prior: index into `FINGER_PRIORS`.
         approach_steps: control steps over which the wrist moves from where it began the phase: to the reference with
-            the prior hinge, back with retreat, around with transit.
-        approach_arc: how far the way of the prior hinge bows to the back and wrist of the hand, which so comes in with
-            palm and fingertips, m.
+            the priors hinge and schedule, back with retreat, around with transit.
+        approach_arc: how far the way of the priors hinge and schedule bows to the back and wrist of the hand, which so
+            comes in with palm and fingertips, m.
         close_start, close_end: control steps between which the fingers close or open.
         open_fraction: fraction of the reference angles of open fingers.
         squeeze: how far closed fingers are asked to flex beyond the reference, rad.
         press: how far a wrist is moved towards the other hand as the fingers close, if both take part, m.
         lead: how far the prior hinge runs ahead of the hinge towards the goal, at most, rad.
         lead_start, lead_end: control steps between which the lead grows from zero to its full size, so that the hand
-            arrives and closes before it pulls.
+            arrives and closes before it pulls; with the prior schedule those between which the angle is raised from
+            the start to the goal.
         speed, turn_speed: of the prior transport, m and rad per control step.
         position_feedback: share of the object's distance from its planned position that the prior transport adds.
         retreat_distance: of the prior retreat, m.
@@ -191,6 +193,9 @@ def wrist_reference(
         lead = wp.max(settings.lead + settings.lead_scale * synergy[world, hand, _LEAD], 0.0)
         lead = lead * fraction_between(now, settings.lead_start, settings.lead_end)
         angle = angle + wp.clamp(goal.angle[world] - angle, -lead, lead)
+    elif settings.wrist_prior == _SCHEDULE:
+        raised = fraction_between(now, settings.lead_start, settings.lead_end)
+        angle = wp.lerp(goal.start_angle[world], goal.angle[world], raised)
     wrist_in_part = offset_pose(
         goal.wrist_pose_in_part[world, hand],
         settings.wrist_translation_scale
@@ -234,7 +239,7 @@ def wrist_prior(
             start_origin = wp.transform_get_translation(phase.start_object_pose[world])
             distance = settings.retreat_distance * smooth_step(now, settings.approach_steps)
             target = move_away(start, start_origin, distance, settings.wrist_clearance)
-        elif settings.wrist_prior == _HINGE:
+        elif settings.wrist_prior == _HINGE or settings.wrist_prior == _SCHEDULE:
             reached = smooth_step(now, settings.approach_steps)
             target = blend_poses(start, reference, reached)
             back = wp.quat_rotate(wp.transform_get_rotation(target), hand_back[hand])

@@ -42,7 +42,7 @@ class Options:
     protocol: Annotated[str, tyro.conf.Positional]
     """What is measured: articulation, images or left-out."""
     controller: str = "policy"
-    """What acts: policy, pd-ik, search (64 rollouts around pd-ik) or zero (the task's prior alone)."""
+    """What acts: policy, pd-ik, d-grasp, search (64 rollouts around pd-ik) or zero (the task's prior alone)."""
     policy: str | None = None
     """Policy: a file, or a name of `artigrasp list policies`."""
     task: str | None = None

@@ -28,8 +28,8 @@ class Options:
     target_angle: float = 1.0
     """Hinge angle to reach [rad]."""
     controller: str | None = None
-    """What acts: policy, pd-ik, search (64 rollouts around pd-ik) or zero (the task's prior alone); by default the
-    policy if there is one, else pd-ik."""
+    """What acts: policy, pd-ik, d-grasp, search (64 rollouts around pd-ik) or zero (the task's prior alone); by default
+    the policy if there is one, else pd-ik."""
     policy: str | None = None
     """Policy of the controller "policy": a file, or a name of `artigrasp list policies`."""
     task: str | None = None

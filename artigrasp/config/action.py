@@ -57,9 +57,10 @@ class ActionConfig:
     residual on top.
     """
 
-    wrist_prior: Literal["reference", "hinge", "transport", "retreat", "transit"] = "reference"
+    wrist_prior: Literal["reference", "hinge", "schedule", "transport", "retreat", "transit"] = "reference"
     """Where the wrist goes by itself: to the reference on the manipulated part as it is now; to the reference on
-    the part turned ahead about the hinge toward the goal; along with the object that it carries to its target; away
+    the part turned ahead about the hinge toward the goal; to the reference on the part turned with time from the start
+    to the goal, wherever it is; along with the object that it carries to its target; away
     from the object; around the object to where its reference is approached from."""
     finger_prior: Literal["current", "reference", "closed", "opening"] = "current"
     """Where the fingers go by themselves: they stay as they are, close to the reference, stay there, or open again."""
@@ -70,15 +71,15 @@ class ActionConfig:
     hinge_lead: float = 0.3
     """Angle by which the wrist prior "hinge" runs ahead of the part, at most [rad]."""
     lead_start: int = 70
-    """Control step at which the wrist prior "hinge" begins to run ahead of the part."""
+    """Control step at which the wrist prior "hinge" begins to run ahead of the part, and "schedule" to turn it."""
     lead_end: int = 120
-    """Control step from which it runs ahead by the full lead."""
+    """Control step from which it runs ahead by the full lead, or has turned the part to the goal."""
     approach_steps: int = 0
-    """Control steps over which the wrist priors "hinge", "retreat" and "transit" move from the initial pose to their
-    goal; 0 aims there at once."""
+    """Control steps over which the wrist priors "hinge", "schedule", "retreat" and "transit" move from the initial pose
+    to their goal; 0 aims there at once."""
     approach_arc: float = 0.0
-    """How far the way of the wrist prior "hinge" bows to the hand's back and wrist, so that it comes in with palm and
-    fingertips [m]."""
+    """How far the way of the wrist priors "hinge" and "schedule" bows to the hand's back and wrist, so that it comes in
+    with palm and fingertips [m]."""
     close_start: int = 30
     """Control step at which the finger priors begin to close or open."""
     close_end: int = 70

@@ -81,6 +81,19 @@ def pd_ik_controller(task: TaskConfig) -> ZeroController:
     return ZeroController(replace(task, action=PD_IK), name="pd-ik")
 
 
+D_GRASP = replace(PD_IK, wrist_prior="schedule", lead_start=70, lead_end=270)
+"""D-Grasp's wrist control for articulation (paper, Baselines): the angle of the hinge is raised gradually, over two
+seconds, and the wrist goes where it would be if it were fixed to the part at that angle, wherever the part is."""
+
+
+def d_grasp_controller(task: TaskConfig) -> ZeroController:
+    """D-Grasp's wrist control in a task's scene, with fingers that close to the reference, as PD+IK's do.
+
+    The paper's D-Grasp row has a learned grasping policy in their place; its PD+IK row is this.
+    """
+    return ZeroController(replace(task, action=D_GRASP), name="d-grasp")
+
+
 class PolicyController:
     """A trained policy, acting by the mean of its distribution."""
 

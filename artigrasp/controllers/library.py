@@ -3,13 +3,19 @@
 from pathlib import Path
 
 from artigrasp.config import TaskConfig
-from artigrasp.controllers.controller import Controller, PolicyController, ZeroController, pd_ik_controller
+from artigrasp.controllers.controller import (
+    Controller,
+    PolicyController,
+    ZeroController,
+    d_grasp_controller,
+    pd_ik_controller,
+)
 from artigrasp.controllers.cross_entropy import CrossEntropySettings
 from artigrasp.controllers.policy_file import load_policy
 from artigrasp.controllers.search import SearchController
 from artigrasp.errors import UserError, unknown
 
-CONTROLLERS = ("policy", "pd-ik", "zero", "search")
+CONTROLLERS = ("policy", "pd-ik", "d-grasp", "zero", "search")
 """Names that :func:`load_controller` knows."""
 
 SEARCH_ROLLOUTS = 64
@@ -40,6 +46,8 @@ def load_controller(
         controller = PolicyController(load_policy(policy))
     elif name == "pd-ik":
         controller = pd_ik_controller(task)
+    elif name == "d-grasp":
+        controller = d_grasp_controller(task)
     elif name == "zero":
         controller = ZeroController(task)
     elif name == "search":

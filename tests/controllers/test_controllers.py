@@ -9,7 +9,13 @@ import pytest
 import torch
 
 from artigrasp.assets.library import packaged_root
-from artigrasp.controllers.controller import Controller, PolicyController, ZeroController, pd_ik_controller
+from artigrasp.controllers.controller import (
+    Controller,
+    PolicyController,
+    ZeroController,
+    d_grasp_controller,
+    pd_ik_controller,
+)
 from artigrasp.controllers.library import CONTROLLERS, load_controller
 from artigrasp.controllers.policy_file import save_policy
 from artigrasp.controllers.rollout import run_episode
@@ -41,6 +47,14 @@ def test_pd_ik_opens_the_lid_and_the_papers_zero_action_does_not() -> None:
     references = box_references()
     assert (final_angles(pd_ik_controller(PAPER), references) > 0.3).all()
     np.testing.assert_allclose(final_angles(ZeroController(PAPER), references), 0.0, atol=0.05)
+
+
+def test_d_grasps_wrist_goes_by_time() -> None:
+    """It opens a lid that the fingers keep hold of; only the way of the wrist differs from PD+IK's."""
+    controller = d_grasp_controller(PAPER)
+    assert (final_angles(controller, box_references()) > 0.3).any()
+    action = replace(controller.task.action, wrist_prior="hinge", lead_end=pd_ik_controller(PAPER).task.action.lead_end)
+    assert replace(controller.task, action=action) == pd_ik_controller(PAPER).task and controller.name == "d-grasp"
 
 
 def test_what_is_shipped_works(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -149,6 +149,15 @@ def test_the_lead_grows_between_two_steps(sample: Sample) -> None:
         assert_frames_agree(wrist_at(sample, target), expected)
 
 
+def test_the_schedule_raises_the_angle_with_time(sample: Sample) -> None:
+    """The wrist belongs to the part at an angle between start and goal, wherever the part is."""
+    schedule = HINGE | {"wrist_prior": "schedule"}
+    for step, fraction in ((60, 0.0), (80, 0.0), (90, 0.25), (120, 1.0), (200, 1.0)):
+        target = targets(sample, schedule, step=step, approach_steps=0.0, lead_start=80.0, lead_end=120.0)
+        angle = sample.start_angle + fraction * (sample.angle - sample.start_angle)
+        assert_frames_agree(wrist_at(sample, target), reference_wrist(sample, angle))
+
+
 def test_on_the_base_the_hinge_prior_is_the_reference(sample: Sample) -> None:
     """A hand on the base, as in grasping, does not care for the hinge."""
     grasp = replace(sample, part=np.zeros_like(sample.part))
