@@ -29,7 +29,7 @@ class ExtractionConfig:
     """A longer standstill ends an interaction [s]."""
     duration: float = 0.33
     """Least time of movement in an interaction [s]."""
-    delay: float = 0.4
+    delay: float = 0.25
     """Time from the beginning of an interaction to the frame that stands for it [s]."""
     smoothing: float = 0.05
     """Standard deviation of the Gaussian that smooths positions and angles over time [s]."""

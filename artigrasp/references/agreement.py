@@ -1,31 +1,35 @@
 """How far extraction agrees with the frames that ArtiGrasp's authors picked by hand."""
 
+import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from artigrasp.config.extraction import ExtractionConfig
-from artigrasp.kernels.layout import HANDS
 from artigrasp.references.arctic_labels import IMAGES, Label
 from artigrasp.references.arctic_references import TASKS
 from artigrasp.references.arctic_sequence import Recording
 from artigrasp.references.extraction import Extraction
-from artigrasp.references.interactions import Interaction
+from artigrasp.references.interactions import Interaction, find_interactions
 from artigrasp.references.splits import PARTED
 
 TOLERANCE = 15
 """Frames between a label and an interaction up to which they may be the same."""
-REASONS = {
-    "no contact": "its hands touch too little",
-    "other frame": "found, but another frame stands for the interaction",
-    "other hands": "other hands do it",
-    "in the air": "the object was gripped off its surface",
-    "too little movement": "",
+OTHER_FRAME, OTHER_HANDS, UNEXPLAINED = "other frame", "other hands", "unexplained"
+RELAXED: dict[str, dict[str, float]] = {
+    "gripped in the air": {"surface_height": math.inf},
+    "too short": {"duration": 0.0},
+    "few links": {"holding_links": 1, "turning_links": 1},
+    "too slow": {"base_speed": 0.02, "hinge_rate": 0.1},
 }
-"""Why a label has no interaction, in the order in which they are tried."""
+"""Rules that may be why a label has no interaction: without them there is one."""
+REASONS = (OTHER_FRAME, OTHER_HANDS, *RELAXED, UNEXPLAINED)
+"""Why a label has no interaction, in the order in which they are tried: another frame stands for the interaction, other
+hands do it, a rule forbids it."""
 
 
 @dataclass(frozen=True)
@@ -81,24 +85,19 @@ def pair_labels(
 
 
 def _reason(label: Label, extraction: Extraction, config: ExtractionConfig) -> str:
-    kind, sides = TASKS[label.task]
-    signals, frame = extraction.signals, label.frame
-    links = signals.turning_links if kind == "articulate" else signals.holding_links
-    least = config.turning_links if kind == "articulate" else config.holding_links
-    around = [
-        each
-        for each in extraction.interactions
-        if each.first - TOLERANCE <= frame <= each.last + TOLERANCE and TASKS[each.task][0] == kind
-    ]
-    if any(links[frame, HANDS.index(side)] < least for side in sides):
-        return "no contact"
-    if any(each.task == label.task for each in around):
-        return "other frame"
-    if around:
-        return "other hands"
-    if kind == "grasp" and signals.height[max(frame - TOLERANCE, 0) : frame + 1].min() > config.surface_height:
-        return "in the air"
-    return "too little movement"
+    def around(interactions: Iterable[Interaction]) -> list[str]:
+        return [each.task for each in interactions if each.first - TOLERANCE <= label.frame <= each.last + TOLERANCE]
+
+    tasks = around(extraction.interactions)
+    if label.task in tasks:
+        return OTHER_FRAME
+    if any(TASKS[task][0] == TASKS[label.task][0] for task in tasks):
+        return OTHER_HANDS
+    for reason, change in RELAXED.items():
+        relaxed: Any = change
+        if label.task in around(find_interactions(extraction.signals, replace(config, **relaxed))):
+            return reason
+    return UNEXPLAINED
 
 
 @dataclass(frozen=True, eq=False)

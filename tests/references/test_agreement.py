@@ -1,5 +1,6 @@
 """Agreement of extraction with labels, on made-up ones."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,17 +12,17 @@ from artigrasp.references.arctic_labels import Label
 from artigrasp.references.arctic_sequence import Recording
 from artigrasp.references.extracted_references import PAPER_TASKS
 from artigrasp.references.extraction import Extraction
-from artigrasp.references.interactions import Interaction, Signals
+from artigrasp.references.interactions import Interaction, Signals, find_interactions
 
 RECORDING = Recording("s1", "box_use_01")
 FRAME_COUNT = 300
 CONFIG = ExtractionConfig()
 
 
-def extraction(*found: tuple[str, int, int, int], height: float = 0.0, links: int = 16) -> Extraction:
+def extraction(*found: tuple[str, int, int, int]) -> Extraction:
     """A recording in which hands touch all the time, and interactions: task, first, last and chosen frame."""
-    zeros, touching = np.zeros(FRAME_COUNT), np.full((FRAME_COUNT, 2), links)
-    signals = Signals(zeros, zeros, zeros, np.full(FRAME_COUNT, height), touching, touching)
+    zeros, touching = np.zeros(FRAME_COUNT), np.full((FRAME_COUNT, 2), 16)
+    signals = Signals(zeros, zeros, zeros, zeros, touching, touching)
     interactions = tuple(Interaction(task, first, last, frame, 0) for task, first, last, frame in found)
     nothing: Any = None
     return Extraction(RECORDING, zeros, nothing, zeros.astype(bool), signals, interactions)
@@ -73,20 +74,35 @@ def test_labels_of_others_do_not_count() -> None:
     assert frames(pair(found, *others)) == [(None, 100)]
 
 
+def held(**changes: object) -> Extraction:
+    """A recording in which the right hand grasps from frame 60 to 140, or does nearly so."""
+    moving = np.zeros(FRAME_COUNT)
+    moving[60:140] = 0.5
+    links = np.zeros((FRAME_COUNT, 2), int)
+    links[50:150, 1] = 10
+    signals = Signals(moving, np.zeros(FRAME_COUNT), np.zeros(FRAME_COUNT), np.zeros(FRAME_COUNT), 0 * links, links)
+    signals = replace(signals, **changes)  # type: ignore[arg-type]
+    return replace(extraction(), signals=signals, interactions=tuple(find_interactions(signals, CONFIG)))
+
+
+SHORT = np.where(np.arange(FRAME_COUNT) // 4 == 16, 0.5, 0.0)
+
+
 @pytest.mark.parametrize(
-    ("found", "missed", "reason"),
+    ("found", "task", "reason"),
     [
-        (extraction(links=1), label("right_grasp", 100), "no contact"),
-        (extraction(("right_grasp", 60, 140, 72)), label("right_grasp", 100), "other frame"),
-        (extraction(("two_grasp", 60, 140, 72)), label("right_grasp", 100), "other hands"),
-        (extraction(("right_grasp", 60, 140, 72)), label("right_arti", 100), "too little movement"),
-        (extraction(height=0.1), label("right_grasp", 100), "in the air"),
-        (extraction(height=0.1), label("right_arti", 100), "too little movement"),
+        (held(), "right_grasp", "other frame"),
+        (held(), "two_grasp", "other hands"),
+        (held(), "right_arti", "unexplained"),
+        (held(height=np.full(FRAME_COUNT, 0.1)), "right_grasp", "gripped in the air"),
+        (held(base_speed=SHORT), "right_grasp", "too short"),
+        (held(holding_links=np.tile([0, 2], (FRAME_COUNT, 1))), "right_grasp", "few links"),
+        (held(base_speed=np.full(FRAME_COUNT, 0.05)), "right_grasp", "too slow"),
     ],
 )
-def test_misses_have_a_reason(found: Extraction, missed: Label, reason: str) -> None:
-    """The first that applies."""
-    assert pair(found, missed)[0].reason == reason
+def test_misses_have_a_reason(found: Extraction, task: str, reason: str) -> None:
+    """The first rule without which there would be an interaction."""
+    assert pair(found, label(task, 100 if reason != "too short" else 66))[0].reason == reason
 
 
 def test_contacts_are_counted_by_link() -> None:

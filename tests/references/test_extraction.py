@@ -16,13 +16,13 @@ from artigrasp.kernels.layout import ARTICULATED, BASE, LINKS
 from artigrasp.references.arctic_references import TASKS
 from artigrasp.references.extracted_references import Selection, choose_recordings, draw_splits, extract_references
 from artigrasp.references.extraction import Extraction, Extractor
-from artigrasp.references.interactions import Interaction
+from artigrasp.references.interactions import FRAME_RATE, Interaction
 from artigrasp.references.reference import ReferenceSet, read_references
 from tests.references import recording_example as example
 from tests.references.arctic_example import save
 
 CONFIG = ExtractionConfig()
-DELAY = 12
+DELAY = round(CONFIG.delay * FRAME_RATE)
 
 
 @pytest.fixture(scope="module")
