@@ -5,6 +5,9 @@ from pathlib import Path
 
 import pytest
 
+# as the command line does: before anything imports PyTorch
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+
 from artigrasp.references.arctic import import_arctic
 
 

@@ -10,6 +10,8 @@ from typing import Any
 import warp as wp
 from mujoco.rollout import Rollout
 
+from artigrasp.simulation.newton import NewtonSimulation
+
 PHYSICS = "MuJoCo"
 REST = "everything else"
 """Launching, Python, and handing over between threads."""
@@ -22,10 +24,10 @@ class TimeShare:
     name: str
     calls: float
     """Calls per control step, over all blocks of worlds."""
-    cpu_time: float
-    """Processor time per control step, over all threads [s]."""
+    time: float
+    """Processor time per control step, over all threads, or time on the GPU [s]."""
     share: float
-    """Fraction of the control step's processor time."""
+    """Fraction of the control step's time."""
 
 
 def time_shares(step: Callable[[], None], step_count: int, prepare: Callable[[int], None]) -> list[TimeShare]:
@@ -60,6 +62,32 @@ def time_shares(step: Callable[[], None], step_count: int, prepare: Callable[[in
     shares.sort(key=lambda share: -share.share)
     rest = total - sum(map(sum, times.values()))
     return [*shares, TimeShare(REST, 0.0, rest / step_count, rest / total)]
+
+
+def device_time_shares(simulation: NewtonSimulation, step: Callable[[], None], step_count: int) -> list[TimeShare]:
+    """Time on a GPU, without replaying graphs, for a graph is timed as a whole.
+
+    Args:
+        simulation: What the step steps.
+        step: One control step.
+        step_count: Control steps to measure.
+
+    Returns:
+        The longest first.
+    """
+    times: dict[str, list[float]] = defaultdict(list)
+    with simulation.without_replay():
+        wp.timing_begin(cuda_filter=wp.TIMING_KERNEL)
+        for _ in range(step_count):
+            step()
+        for result in wp.timing_end():
+            times[result.name].append(result.elapsed * 1e-3)
+    total = sum(map(sum, times.values()))
+    shares = [
+        TimeShare(name, len(each) / step_count, sum(each) / step_count, sum(each) / total)
+        for name, each in times.items()
+    ]
+    return sorted(shares, key=lambda share: -share.share)
 
 
 @contextlib.contextmanager

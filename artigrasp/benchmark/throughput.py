@@ -1,35 +1,46 @@
 """Control steps per second of an environment, stage by stage, as ratios to its bare physics."""
 
-import resource
+import gc
+import math
+import os
 import statistics
-import sys
-import time
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import torch
-import warp as wp
-from tensordict import TensorDict
 
-from artigrasp.benchmark.bare_physics import BarePhysics, cpu_simulation
-from artigrasp.benchmark.kernel_shares import TimeShare, time_shares
+from artigrasp.benchmark.kernel_shares import TimeShare, device_time_shares, time_shares
+from artigrasp.benchmark.memory import forget_peak, peak_memory_mb
 from artigrasp.benchmark.recorded_states import RecordedStates
+from artigrasp.benchmark.stages import Restore, RestoredVecEnv, TimedStep, environment_steps, threaded_loop
 from artigrasp.config import SimulatorConfig, TaskConfig
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.make import make_environment
+from artigrasp.simulation.newton import NewtonSimulation
 from artigrasp.training.runner import Runner
-from artigrasp.training.vec_env import HandVecEnv
 
-STAGES = ("physics", "torques", "environment", "rollout", "training")
+STAGES = ("physics", "torques", "environment", "resets", "rollout", "training")
 """Each stage does what the one before does, and more; see :func:`measure_throughput`."""
 
 STATE_COUNT = 20
 """Recorded states."""
 
-TURNS = 3
-"""Turns of each of the first three stages in a round. A turn goes once through the states, after a step that wakes the
-threads up and does not count."""
+MJWARP_WORLDS = 64
+"""Worlds up to which MuJoCo Warp is measured beside the CPU backend: more make it no faster there."""
+
+PARTS = 4
+"""Turns that each stage takes in a round."""
+
+LONG_STEP = 0.02
+"""Duration of a control step [s] from which on a turn needs no step that wakes the threads up and does not count."""
+
+COLLECT_TURNS = 3
+"""How many times longer than the other stages an iteration of PPO collects."""
+
+ROWS_PER_BATCH = 64
+"""Fewest rows in a mini-batch of PPO, if the task's iterations have as many."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +48,7 @@ class StageResult:
     """How fast one stage runs."""
 
     backend: str
+    """``cpu``, ``mjwarp``, or ``mj_step`` for a hand-written loop in a thread pool."""
     device: str
     hands: int
     base: str
@@ -46,24 +58,26 @@ class StageResult:
     control_steps_per_s: float
     """Over all worlds, median over the rounds."""
     ratio_to_physics: float
-    """Speed relative to the physics of the same round, median over the rounds."""
+    """Speed relative to the measured backend's physics in the same round, median over the rounds."""
     peak_memory_mb: float
-    """Most memory that the process has held so far, the stages before included."""
+    """Most memory held so far with these worlds, the stages before included."""
 
 
 @dataclass(frozen=True)
 class Throughput:
-    """Measurements with one number of worlds."""
+    """Measurements with one scene and one number of worlds."""
 
     stages: tuple[StageResult, ...]
-    ratio_ranges: dict[str, tuple[float, float]]
-    """Least and largest ratio to physics of the rounds, by stage."""
+    alternatives: tuple[StageResult, ...]
+    """The same scene by other means, with ratios to the same physics."""
+    ratio_ranges: dict[tuple[str, str], tuple[float, float]]
+    """Least and largest ratio to physics of the rounds, by backend and stage."""
+    learn_share: float
+    """What PPO's update takes of the stage ``training``, median over the rounds."""
     shares: tuple[TimeShare, ...]
     """Where the time of the stage ``environment`` goes."""
     touching_links: float
     """Links of a hand that touch the object, on average."""
-    thread_count: int
-    """Threads of the physics."""
 
 
 def measure_throughput(
@@ -71,178 +85,186 @@ def measure_throughput(
     objects: Sequence[str],
     world_count: int,
     *,
-    rounds: int = 5,
+    rounds: int = 3,
+    seconds: float = 0.2,
     split: str = "train",
     seed: int = 0,
-    thread_count: int | None = None,
+    simulator: SimulatorConfig = SimulatorConfig(),
+    alternatives: bool = True,
     on_round: Callable[[int], None] = lambda done: None,
 ) -> Throughput:
     """Measure all stages in one run.
 
     ============= =====================================================================================
-    physics       one MuJoCo call per scene for all substeps, torques held
+    physics       all substeps with torques held: one MuJoCo call per scene, or one replay of MuJoCo Warp
     torques       PD torques at every substep, state and contact forces read back
     environment   targets, torques, kinematics, rewards and metrics of a control step, then its features
-    rollout       a PPO iteration's collection: policy, environment, adapter, storage, returns
-    training      a whole PPO iteration at the task's settings
+    resets        the same, and what it takes to begin every world anew once per episode
+    rollout       a PPO iteration's collection: policy, environment, adapter, storage, returns, resets
+    training      a PPO iteration: collection and update
     ============= =====================================================================================
 
-    Every round is one PPO iteration; within it the other stages take turns, so that all of them meet the same load of
-    the machine. A first round warms up and does not count. Where other programs use the cores too, only the ratios mean
-    something, and those with a wide range mean little.
+    In every round the stages take several turns, so that all of them meet the same load of the machine; a first round
+    warms up and does not count. Where other programs use the cores too, only the ratios mean something, and those with
+    a wide range mean little.
 
     What is the same in all stages: threads, models and the states from which control steps start, see
     :class:`RecordedStates`, with one exception: a decision that holds for many control steps starts from a recorded
     state and goes on from there. Putting a state back is not timed. What differs: within a control step, ``physics``
     holds the last substep's torques, the others compute them anew from the state; ``environment`` acts by the task's
-    prior alone, which gives the targets of ``torques``; ``rollout`` and ``training`` add the noise of exploration.
+    prior alone, which gives the targets of ``torques``; ``rollout`` and ``training`` add the noise of exploration, and
+    an iteration is as long as the time allows, at most as long as the task's.
 
     Args:
         task: What is simulated and learned; its number of worlds is replaced.
         objects: Names of the objects.
         world_count: Worlds.
-        rounds: PPO iterations to measure.
+        rounds: Rounds to measure.
+        seconds: About how long each stage is measured in a round [s]; PPO collects longer.
         split: Split whose references are played.
         seed: Seed of the environment and the learner.
-        thread_count: Threads of the physics, all cores by default.
+        simulator: Backend, device and threads.
+        alternatives: Whether to measure, beside the CPU backend, `mj_step` in a thread pool and MuJoCo Warp.
         on_round: Called with the rounds done, for progress; the first one is warming up.
 
     Raises:
         UserError: As for :func:`make_environment`.
     """
+    gc.collect()
+    forget_peak()
     task = replace(task, world_count=world_count)
-    environment = make_environment(
-        task, objects, split=split, seed=seed, simulator=SimulatorConfig(threads=thread_count)
-    )
-    environment.reset()
-    states = RecordedStates(environment, objects, split, STATE_COUNT)
-    stages = _Stages(environment, states)
-    peaks = stages.warm_up()
-    env = _InterruptedVecEnv(environment, states, stages.take_turns)
-    runner = Runner(env, Path(), seed)  # the folder is for what learn() and save() write
+    states = RecordedStates(task, objects, split=split, seed=seed, count=STATE_COUNT, threads=simulator.threads)
+    environment = make_environment(task, objects, split=split, seed=seed, simulator=simulator)
+    restore = states.restorer(environment)
+    own = {step.stage: _Stage(step, seconds) for step in environment_steps(environment, restore)}
+    peaks = {name: stage.peak_memory_mb for name, stage in own.items()}
+    peaks["resets"] = peaks["reset"]
 
-    seconds: list[dict[str, float]] = []
+    decision_count = _decision_count(task, COLLECT_TURNS * seconds / own["environment"].step_time)
+    env = RestoredVecEnv(environment, restore, decision_count)
+    # the folder is for what learn() and save() write
+    runner = Runner(env, Path(), seed, simulator.threads or os.cpu_count() or 1)
+    runner.iterate()
+    env.pop_restore_time()
+    peaks |= {"rollout": env.peak_memory_mb, "training": peak_memory_mb(environment.device)}
+
+    others = _alternatives(environment, states, restore) if alternatives and simulator.backend == "cpu" else []
+    timed = [*own.values(), *(_Stage(step, seconds) for step in others)]
+
+    samples: dict[tuple[str, str], list[float]] = defaultdict(list)
+    learn_shares = []
     for done in range(rounds + 1):
+        for part in range(PARTS):
+            for stage in timed:
+                stage.take_turn(part)
+        times = {stage.key: stage.pop_step_time() for stage in timed}
         report = runner.iterate()
-        control_steps = task.ppo.steps_per_env * env.decision_interval
-        collected = (report.collect_time - env.pop_interruption()) / control_steps
-        learned = report.learn_time / control_steps
-        seconds.append({**stages.pop_seconds(), "rollout": collected, "training": collected + learned})
-        if done == 0:
-            peaks |= {"rollout": env.peak_memory_mb, "training": peak_memory_mb()}
+        step_count = decision_count * env.decision_interval
+        collected = (report.collect_time - env.pop_restore_time()) / step_count
+        learned = report.learn_time / step_count
+
+        backend = simulator.backend
+        beginning = times.pop((backend, "reset")) / task.episode_steps
+        times[backend, "resets"] = times[backend, "environment"] + beginning
+        times[backend, "rollout"] = collected + beginning
+        times[backend, "training"] = times[backend, "rollout"] + learned
+        if done > 0:
+            for key, value in times.items():
+                samples[key].append(value)
+            learn_shares.append(learned / times[backend, "training"])
         on_round(done)
-    del seconds[0]
 
-    ratios = {stage: [each["physics"] / each[stage] for each in seconds] for stage in STAGES}
+    ratios = {
+        key: [physics / each for physics, each in zip(samples[simulator.backend, "physics"], values, strict=True)]
+        for key, values in samples.items()
+    }
 
-    def result(stage: str) -> StageResult:
+    def result(backend: str, stage: str, peak: float) -> StageResult:
         return StageResult(
-            backend="cpu",
+            backend=backend,
             device=environment.device,
             hands=environment.hand_count,
             base="fixed" if task.fixed_base else "free",
             worlds=world_count,
             stage=stage,
-            control_steps_per_s=world_count / statistics.median(each[stage] for each in seconds),
-            ratio_to_physics=statistics.median(ratios[stage]),
-            peak_memory_mb=peaks[stage],
+            control_steps_per_s=world_count / statistics.median(samples[backend, stage]),
+            ratio_to_physics=statistics.median(ratios[backend, stage]),
+            peak_memory_mb=peak,
         )
 
     return Throughput(
-        stages=tuple(result(stage) for stage in STAGES),
-        ratio_ranges={stage: (min(each), max(each)) for stage, each in ratios.items()},
-        shares=tuple(time_shares(stages.environment_step, 2 * STATE_COUNT, states.restore)),
+        stages=tuple(result(simulator.backend, stage, peaks[stage]) for stage in STAGES),
+        alternatives=tuple(result(*stage.key, stage.peak_memory_mb) for stage in timed[len(own) :]),
+        ratio_ranges={key: (min(each), max(each)) for key, each in ratios.items()},
+        learn_share=statistics.median(learn_shares),
+        shares=tuple(_shares(environment, own["environment"])),
         touching_links=states.touching_links,
-        thread_count=stages.thread_count,
     )
 
 
-def peak_memory_mb() -> float:
-    """Most memory that the process has held so far [MiB]."""
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / 2**20 if sys.platform == "darwin" else peak / 2**10
-
-
-class _Stages:
-    """The stages without a policy, taking turns."""
-
-    def __init__(self, environment: Environment, states: RecordedStates) -> None:
-        self._environment, self._states = environment, states
-        simulation = cpu_simulation(environment)
-        self.thread_count = simulation.thread_count
-        self._physics = BarePhysics(simulation)
-        shape = (environment.world_count, environment.hand_count, environment.action_count)
-        self._no_action = wp.zeros(shape, dtype=float, device=environment.device)
-        self._steps = {
-            "physics": self._physics.step,
-            "torques": lambda: simulation.step(environment.apply_torques),
-            "environment": self.environment_step,
-        }
-        self._seconds: dict[str, list[float]] = {name: [] for name in self._steps}
-
-    def environment_step(self) -> None:
-        """A control step by the task's prior, and the features after it."""
-        self._environment.step(self._no_action)
-        self._environment.observe()
-
-    def warm_up(self) -> dict[str, float]:
-        """Run every stage once; the peaks of memory after each [MiB]."""
-        peaks = {}
-        for name, step in self._steps.items():
-            self._restore(0)
-            step()
-            peaks[name] = peak_memory_mb()
-        return peaks
-
-    def take_turns(self) -> None:
-        """Time some control steps of every stage, one stage after the other."""
-        for name, step in self._steps.items():
-            for index in range(STATE_COUNT + 1):
-                self._restore(index)
-                start = time.perf_counter()
-                step()
-                if index > 0:
-                    self._seconds[name].append(time.perf_counter() - start)
-
-    def pop_seconds(self) -> dict[str, float]:
-        """Mean time of a control step of all worlds since the last call [s], by stage."""
-        means = {name: statistics.mean(seconds) for name, seconds in self._seconds.items()}
-        for seconds in self._seconds.values():
-            seconds.clear()
-        return means
-
-    def _restore(self, index: int) -> None:
-        self._states.restore(index)
-        self._physics.hold_torques()
-
-
-class _InterruptedVecEnv(HandVecEnv):
-    """Starts every decision from the next recorded state, and lets something else happen before some of them.
+class _Stage:
+    """One stage, which takes turns with the others.
 
     Attributes:
-        peak_memory_mb: Most memory that the process had held when the last decision was over [MiB].
+        step: What is timed.
+        step_time: Duration of one control step [s], roughly.
+        step_count: Control steps in a round.
+        peak_memory_mb: Most memory held when it had run for the first time [MiB].
     """
 
-    def __init__(self, environment: Environment, states: RecordedStates, interlude: Callable[[], None]) -> None:
-        super().__init__(environment)
-        self._states, self._interlude = states, interlude
-        self._turns = min(TURNS, self.task.ppo.steps_per_env)
-        self._decisions = 0
-        self._interruption = 0.0
-        self.peak_memory_mb = 0.0
+    def __init__(self, step: TimedStep, seconds: float) -> None:
+        # the first loads kernels, the second may record them
+        self.step, self.step_time = step, [step.time(index) for index in range(3)][-1]
+        self.step_count = min(max(round(seconds / self.step_time), PARTS), 3 * STATE_COUNT)
+        self._times: list[float] = []
+        self.peak_memory_mb = peak_memory_mb(step.device)
 
-    def step(self, actions: torch.Tensor) -> tuple[TensorDict, torch.Tensor, torch.Tensor, dict[str, torch.Tensor]]:
-        start = time.perf_counter()
-        if self._decisions % (self.task.ppo.steps_per_env // self._turns) == 0:
-            self._interlude()
-        self._states.restore(self._decisions)
-        self._decisions += 1
-        self._interruption += time.perf_counter() - start
-        result = super().step(actions)
-        self.peak_memory_mb = peak_memory_mb()
-        return result
+    @property
+    def key(self) -> tuple[str, str]:
+        """Backend and stage."""
+        return self.step.backend, self.step.stage
 
-    def pop_interruption(self) -> float:
-        """Time since the last call that was no collection [s]."""
-        interruption, self._interruption = self._interruption, 0.0
-        return interruption
+    def take_turn(self, part: int) -> None:
+        """Time one of ``PARTS`` parts of a round's control steps, which are spread over the recorded states."""
+        if self.step_time < LONG_STEP:
+            self.step.time(0)
+        for index in range(part, self.step_count, PARTS):
+            self._times.append(self.step.time(index * STATE_COUNT // self.step_count))
+
+    def pop_step_time(self) -> float:
+        """Mean duration of a control step since the last call [s]."""
+        mean = statistics.mean(self._times)
+        self._times.clear()
+        return mean
+
+
+def _decision_count(task: TaskConfig, control_steps: float) -> int:
+    """Decisions of an iteration of PPO that lasts about so many control steps, but no longer than the task's."""
+    rows = task.world_count * len(task.hands)
+    fewest = math.ceil(ROWS_PER_BATCH * task.ppo.mini_batches / rows)
+    return min(task.ppo.steps_per_env, max(fewest, round(control_steps / task.action.decision_interval)))
+
+
+def _alternatives(environment: Environment, states: RecordedStates, restore: Restore) -> list[TimedStep]:
+    """The same worlds by a hand-written loop, and by MuJoCo Warp on the CPU."""
+    steps = [threaded_loop(environment, restore)]
+    if environment.world_count <= MJWARP_WORLDS:
+        mjwarp = Environment(
+            environment.task,
+            environment.references,
+            environment.worlds,
+            seed=environment.seed,
+            simulator=SimulatorConfig("mjwarp", environment.device),
+        )
+        measured = environment_steps(mjwarp, states.restorer(mjwarp))
+        steps += [step for step in measured if step.stage in ("physics", "environment")]
+    return steps
+
+
+def _shares(environment: Environment, stage: _Stage) -> list[TimeShare]:
+    """Where the time of a control step goes; unknown for MuJoCo Warp on the CPU, whose launches are replayed."""
+    simulation, step = environment.simulation, stage.step
+    if isinstance(simulation, NewtonSimulation):
+        on_gpu = torch.device(simulation.device).type == "cuda"
+        return device_time_shares(simulation, step.step, stage.step_count) if on_gpu else []
+    return time_shares(step.step, stage.step_count, step.prepare)

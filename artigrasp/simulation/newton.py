@@ -5,7 +5,8 @@ but for rounding, with one known difference: where two boxes touch, as palms do,
 MuJoCo Warp fewer.
 """
 
-from collections.abc import Callable, Sequence
+import contextlib
+from collections.abc import Callable, Iterator, Sequence
 
 import mujoco_warp
 import newton
@@ -134,6 +135,15 @@ class NewtonSimulation:
                 self._graph = recording.graph
             wp.capture_launch(self._graph)
 
+    @contextlib.contextmanager
+    def without_replay(self) -> Iterator[None]:
+        """While this lasts, every kernel is launched by itself."""
+        capture, self._capture = self._capture, False
+        try:
+            yield
+        finally:
+            self._capture = capture
+
     def write_state(self, world_mask: wp.array) -> None:
         """Push ``state`` into the physics for the worlds whose mask (int, shape [world]) is not zero."""
         self.state.write_focus(world_mask)
@@ -146,13 +156,23 @@ class NewtonSimulation:
         # no flags: the joints were just written, only warm starts and applied forces go
         self._solver.reset(self._state, world_mask=self._world_flag, flags=0)
 
+    def pack_torques(self) -> None:
+        """Write ``joint_torque`` where the solver takes it from."""
+        hands = (self.world_count, self.hand_count)
+        self._launch(newton_state.pack_torques, hands, [self.joint_torque, self._layout], [self._control.joint_f])
+
+    def step_solver(self) -> None:
+        """All substeps with the torques held, and nothing else: what :meth:`step` is measured by."""
+        for _ in range(self.substeps):
+            self._solver.step(self._state, self._state, self._control, self._contacts, self._timestep)
+
     def _step(self, apply_torques: Callable[[slice], None]) -> None:
         hands = (self.world_count, self.hand_count)
         joint_q, joint_qd = self._state.joint_q, self._state.joint_qd
         self.state.hands.contact_force.zero_()
         for _ in range(self.substeps):
             apply_torques(*self.torque_rows)
-            self._launch(newton_state.pack_torques, hands, [self.joint_torque, self._layout], [self._control.joint_f])
+            self.pack_torques()
             self._solver.step(
                 self._state, self._state, self._control, self._contacts, self._timestep, observables=self._observables
             )

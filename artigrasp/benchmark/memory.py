@@ -1,0 +1,31 @@
+"""The most memory that was held since a moment, of the process or of a GPU."""
+
+import resource
+import sys
+from pathlib import Path
+
+import torch
+
+_CLEAR_REFS, _STATUS = Path("/proc/self/clear_refs"), Path("/proc/self/status")
+
+
+def forget_peak() -> None:
+    """Measure the process's peak from now on; where the system does not offer that, it remains that of its life."""
+    if sys.platform == "linux":
+        _CLEAR_REFS.write_text("5", encoding="ascii")
+
+
+def peak_memory_mb(device: str) -> float:
+    """Most memory held since :func:`forget_peak` [MiB]: the process's for the CPU, else what is in use of the GPU.
+
+    Memory of a GPU is held in pools that hardly shrink, so that what is in use now is about what was in use ever.
+    """
+    if torch.device(device).type == "cuda":
+        free, total = torch.cuda.mem_get_info(torch.device(device))
+        return float(total - free) / 2**20
+    if sys.platform == "linux":
+        for line in _STATUS.read_text(encoding="ascii").splitlines():
+            if line.startswith("VmHWM:"):
+                return int(line.split()[1]) / 2**10
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / 2**20 if sys.platform == "darwin" else peak / 2**10
