@@ -148,7 +148,11 @@ def render_references(
 def label(
     references: ReferenceSet, row: int, number: int, width: int, height: int, *, with_object: bool = False
 ) -> NDArray[np.uint8]:
-    """The words below a reference: number, kind, hands and where it came from, sRGB, shape ``[height, width, 3]``."""
+    """The words below a reference: number, kind, hands, contacts, where it came from and how far open it begins.
+
+    Returns:
+        sRGB, shape ``[height, width, 3]``.
+    """
     band = Band(width, height)
     sides = "both" if references.active[row].all() else HANDS[int(references.active[row].argmax())]
     end = band.write(12, 24, f"{number}  ", 22, bold=True)
@@ -156,7 +160,9 @@ def label(
     contacts = int(references.contacts[row].sum())
     end = band.write(end, 24, f"{name}{references.kind[row]}, {sides}", 20)
     band.write(end, 24, f"  {contacts} contact{'s' * (contacts != 1)}", 20, FAINT_INK if contacts else WARNING)
-    band.write(12, 50, _source(references, row), 17, FAINT_INK)
+    end = band.write(12, 50, _source(references, row), 17, FAINT_INK)
+    if degrees := round(np.degrees(references.object_angle[row])):
+        band.write(end, 50, f"  open {degrees}°", 17, INK)
     return band.image()
 
 

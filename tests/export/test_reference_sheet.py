@@ -106,7 +106,7 @@ def test_a_sheet_has_its_size(tmp_path: Path) -> None:
 
 
 def test_labels_tell_references_apart() -> None:
-    """Number, kind, hands, contacts and source all change the words below; no contacts are warned of in red."""
+    """Whatever tells two references apart changes the words below them; a lack of contacts is told in red."""
     references = box_references()
     recorded = dataclasses.replace(references, subject=np.array(["s5"] * 3), sequence=np.array(["a_use_01"] * 3))
     images = [
@@ -116,6 +116,7 @@ def test_labels_tell_references_apart() -> None:
         label(references, 1, 0, 200, 40),
         label(recorded, 0, 0, 200, 40),
         label(dataclasses.replace(references, active=np.ones((3, 2), bool)), 0, 0, 200, 40),
+        label(dataclasses.replace(references, object_angle=np.full(3, 0.8)), 0, 0, 200, 40),
         label(dataclasses.replace(references, kind=np.array(["grasp"] * 3)), 0, 0, 200, 40),
     ]
     assert all((a != b).any() for k, a in enumerate(images) for b in images[:k])
