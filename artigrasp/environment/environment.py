@@ -38,6 +38,15 @@ OPENED_ANGLE = 0.3
 
 
 @dataclass(frozen=True)
+class ControlStep:
+    """What some worlds need in a control step besides the physics: at its beginning, in every substep, at its end."""
+
+    begin: tuple[wp.Launch, ...]
+    apply_torques: wp.Launch
+    finish: tuple[wp.Launch, ...]
+
+
+@dataclass(frozen=True)
 class ActionTerm:
     """One term of the action: the decisions in force and, for every phase, its first column and how long they hold."""
 
@@ -215,13 +224,9 @@ class Environment:
         Args:
             action: [W, H, action_count]; a term takes its columns only when a decision of it is due.
         """
-        for latch in self._latch_actions:
-            latch.set_param_at_index(0, action)
-            latch.launch()
-        self._set_targets.launch()
-        self.simulation.step(self.apply_torques)
-        for kernel in (self._count_step, self._forward_kinematics, *self._measure):
-            kernel.launch()
+        if self._terms:
+            wp.copy(self._action, action)
+        self.simulation.step(self.apply_torques, self._begin_step, self._finish_step)
         if len(self.phases) > 1:
             self._change_phases()
 
@@ -281,7 +286,7 @@ class Environment:
 
     def failure_counts(self) -> dict[str, int]:
         """Episodes so far in which each of :data:`artigrasp.kernels.metrics.FAILURES` happened, by its name."""
-        return dict(zip(metrics.FAILURES, self._failure_count.numpy().tolist(), strict=True))
+        return dict(zip(metrics.FAILURES, self._failure_count.numpy().sum(axis=0).tolist(), strict=True))
 
     def reference_rows(self) -> NDArray[np.int64]:
         """Row of every world's reference in the set of its object, shape [world]."""
@@ -322,9 +327,12 @@ class Environment:
             both = np.stack([self.worlds.first_reference, self.worlds.second_reference], axis=1)
             self._phase_references = wp.array(both, dtype=int, device=device)
         self.metrics = metrics.episode_metrics(worlds, device)
-        self._failure_count = wp.zeros(len(metrics.FAILURES), dtype=int, device=device)
+        # a row for each range of worlds that is measured by a thread of its own
+        rows = (len(self.simulation.torque_rows), len(metrics.FAILURES))
+        self._failure_count = wp.zeros(rows, dtype=int, device=device)
 
         self.target = wp.zeros((worlds, hands, DOF_COUNT), dtype=float, device=device)
+        self._action = wp.zeros((worlds, hands, self.action_count), dtype=float, device=device)
         self._synergy = wp.zeros((worlds, hands, actions.SYNERGY_COUNT), dtype=float, device=device)
         self._residual = wp.zeros((worlds, hands, DOF_COUNT), dtype=float, device=device)
         self._terms = [
@@ -342,78 +350,98 @@ class Environment:
         self.reward_terms = ((rewards.TERMS, self._paper_terms), (outcomes.OUTCOME_TERMS, self._outcome_terms))
 
     def _record_kernels(self) -> None:
-        """The launches of every control step, whose arguments stay the same: packing them anew would take longer."""
-        hands, objects, goal = self.state.hands, self.state.objects, self.goal
-        object_model = self._bystanders.object_model
+        """The launches whose arguments stay the same: packing them anew would take longer than most of them."""
         every_hand = (self.world_count, self.hand_count)
-        no_action = wp.zeros((*every_hand, self.action_count), dtype=float, device=self.device)
-        self._latch_actions = [
-            self._record(
-                episodes.latch_actions,
-                every_hand,
-                [no_action, self.phase, term.first_column, term.decision_interval, term.held],
-            )
-            for term in self._terms
-        ]
-        self._set_targets = self._record(
-            actions.pd_targets,
-            every_hand,
-            [
-                hands, objects, object_model, goal, self.phase, self._phase_settings, self._synergy_basis,
-                self._hand_back, self._synergy, self._residual, self.target,
-            ],
-        )  # fmt: skip
-        self._torques = {
-            rows.start: self._record(
-                torques.pd_torques,
-                (rows.stop - rows.start, self.hand_count),
-                [
-                    self.target[rows], hands.joint_q[rows], hands.joint_qd[rows], self.stiffness[rows],
-                    self.damping[rows], self._effort, self.simulation.joint_torque[rows],
-                ],
-            )
-            for rows in self.simulation.torque_rows
-        }  # fmt: skip
-        self._count_step = self._record(episodes.advance_steps, self.world_count, [self.step_count, self.phase])
+        hands, objects, object_model = self.state.hands, self.state.objects, self._bystanders.object_model
+        self._control_steps = {
+            rows.start: self._record_control_step(block, rows) for block, rows in enumerate(self.simulation.torque_rows)
+        }
         self._advance_phases = self._record(
             phases.advance_phases,
             self.world_count,
             [
-                hands, objects, goal, self.target, self._phase_table, self._phase_limits, self.phase,
+                hands, objects, self.goal, self.target, self._phase_table, self._phase_limits, self.phase,
                 self.phase_outcome, self._begins,
             ],
         )  # fmt: skip
         self._forward_kinematics = self._record(kinematics.forward_kinematics, every_hand, [hands, self._hand_model])
-        self._measure = [
+        self._compute_features = self._record(
+            features.compute_features,
+            every_hand,
+            [hands, objects, object_model, self.goal, int(self.task.include_hinge_features), self.features],
+        )
+
+    def _record_control_step(self, block: int, rows: slice) -> ControlStep:
+        """What one of the simulation's ranges of worlds needs besides the physics."""
+        state = self.state.worlds(rows)
+        hands, objects = state.hands, state.objects
+        object_model = states.slice_worlds(states.ObjectModel, self._bystanders.object_model, rows)
+        goal = states.slice_worlds(states.Goal, self.goal, rows)
+        phase = states.slice_worlds(states.PhaseState, self.phase, rows)
+        step_count, target, reward = self.step_count[rows], self.target[rows], self.reward[rows]
+        worlds = rows.stop - rows.start
+        every_hand = (worlds, self.hand_count)
+
+        latches = [
+            self._record(
+                episodes.latch_actions,
+                every_hand,
+                [self._action[rows], phase, term.first_column, term.decision_interval, term.held[rows]],
+            )
+            for term in self._terms
+        ]
+        set_targets = self._record(
+            actions.pd_targets,
+            every_hand,
+            [
+                hands, objects, object_model, goal, phase, self._phase_settings, self._synergy_basis,
+                self._hand_back, self._synergy[rows], self._residual[rows], target,
+            ],
+        )  # fmt: skip
+        set_torques = self._record(
+            torques.pd_torques,
+            every_hand,
+            [
+                target, hands.joint_q, hands.joint_qd, self.stiffness[rows], self.damping[rows], self._effort,
+                self.simulation.joint_torque[rows],
+            ],
+        )  # fmt: skip
+        measure = [
+            self._record(episodes.advance_steps, worlds, [step_count, phase]),
+            self._record(kinematics.forward_kinematics, every_hand, [hands, self._hand_model]),
             self._record(
                 rewards.compute_rewards,
                 every_hand,
                 [
-                    hands, objects, object_model, goal, self._reward_weights, self._bystanders.object_mass,
-                    self._paper_terms, self.reward,
+                    hands, objects, object_model, goal, self._reward_weights, self._bystanders.object_mass[rows],
+                    self._paper_terms[rows], reward,
                 ],
-            )
+            ),
         ]  # fmt: skip
         if self._outcome_weights is not None:
             outcome = [
-                objects, goal, self.step_count, self.task.episode_steps, OPENED_ANGLE, self._outcome_weights,
-                self._outcome_terms, self.reward,
+                objects, goal, step_count, self.task.episode_steps, OPENED_ANGLE, self._outcome_weights,
+                self._outcome_terms[rows], reward,
             ]  # fmt: skip
-            self._measure.append(self._record(outcomes.add_outcome_reward, every_hand, outcome))
+            measure.append(self._record(outcomes.add_outcome_reward, every_hand, outcome))
         measured = [
-            hands, objects, goal, self.state.diverged, self.state.overflow_count, self._metric_limits, self.metrics,
-            self._failure_count,
+            hands, objects, goal, state.diverged, state.overflow_count, self._metric_limits,
+            states.slice_worlds(metrics.EpisodeMetrics, self.metrics, rows), self._failure_count[block],
         ]  # fmt: skip
-        self._measure.append(self._record(metrics.update_metrics, self.world_count, measured))
-        self._compute_features = self._record(
-            features.compute_features,
-            every_hand,
-            [hands, objects, object_model, goal, int(self.task.include_hinge_features), self.features],
-        )
+        measure.append(self._record(metrics.update_metrics, worlds, measured))
+        return ControlStep((*latches, set_targets), set_torques, tuple(measure))
+
+    def _begin_step(self, rows: slice) -> None:
+        for kernel in self._control_steps[rows.start].begin:
+            kernel.launch()
 
     def apply_torques(self, rows: slice) -> None:
         """PD torques of some worlds, one of the simulation's ``torque_rows``, from its present state and ``target``."""
-        self._torques[rows.start].launch()
+        self._control_steps[rows.start].apply_torques.launch()
+
+    def _finish_step(self, rows: slice) -> None:
+        for kernel in self._control_steps[rows.start].finish:
+            kernel.launch()
 
     def _record(self, kernel: wp.Kernel, dim: int | tuple[int, ...], arguments: list[Any]) -> wp.Launch:
         return wp.launch(kernel, dim, inputs=arguments, device=self.device, record_cmd=True)

@@ -1,6 +1,6 @@
 """What every physics backend offers, and the choice between them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Protocol
 
 import warp as wp
@@ -9,7 +9,7 @@ from artigrasp.errors import UserError, unknown
 from artigrasp.simulation.cpu import CpuSimulation
 from artigrasp.simulation.newton import NewtonSimulation
 from artigrasp.simulation.scene import Scene
-from artigrasp.simulation.state import SimulationState
+from artigrasp.simulation.state import OnWorlds, SimulationState, launch_nothing
 
 BACKENDS = ("cpu", "mjwarp")
 """MuJoCo on all cores; MuJoCo Warp through Newton, meant for GPUs."""
@@ -50,13 +50,18 @@ class Simulation(Protocol):
     def torque_rows(self) -> tuple[slice, ...]:
         """Ranges of worlds that :meth:`step` asks torques for."""
 
-    def step(self, apply_torques: Callable[[slice], None]) -> None:
+    def step(
+        self, apply_torques: OnWorlds, begin: OnWorlds = launch_nothing, finish: OnWorlds = launch_nothing
+    ) -> None:
         """Advance every world by one control step.
 
+        What is called here is called with one of ``torque_rows``, from several threads at a time. It may do nothing but
+        launch kernels for these worlds, with the same arguments every time, for a backend may record and replay them.
+
         Args:
-            apply_torques: Called before every substep with one of ``torque_rows``, from several threads at a time;
-                fills ``joint_torque`` of these worlds from ``state``. It may do nothing but launch kernels with the
-                same arguments every time, for a backend may record and replay them.
+            apply_torques: Called before every substep; fills ``joint_torque`` from ``state``.
+            begin: Called before the first substep.
+            finish: Called after the last, when ``state`` is that after the step.
         """
 
     def write_state(self, world_mask: wp.array) -> None:

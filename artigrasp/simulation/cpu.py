@@ -1,7 +1,7 @@
 """The CPU backend: MuJoCo steps blocks of worlds on all cores."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import mujoco
@@ -11,7 +11,7 @@ import warp as wp
 from artigrasp.kernels import mujoco_state
 from artigrasp.simulation.mujoco_model import ModelLayout, compile_mujoco, model_layout
 from artigrasp.simulation.scene import Scene, check_alike
-from artigrasp.simulation.state import allocate_state
+from artigrasp.simulation.state import OnWorlds, allocate_state, launch_nothing
 from artigrasp.simulation.world_block import CONTROL, PackedWorlds, WorldBlock, split_worlds
 
 
@@ -84,18 +84,15 @@ class CpuSimulation:
         self._helper_count = min(self.thread_count, len(self._blocks)) - 1
         self._helpers = ThreadPoolExecutor(max(self._helper_count, 1), thread_name_prefix="physics")
 
-    def step(self, apply_torques: Callable[[slice], None]) -> None:
-        """Advance every world by one control step.
-
-        Args:
-            apply_torques: Called before every substep with one of ``torque_rows``; fills ``joint_torque`` of these
-                worlds from ``state``. Calls for different worlds come from different threads at the same time.
-        """
+    def step(
+        self, apply_torques: OnWorlds, begin: OnWorlds = launch_nothing, finish: OnWorlds = launch_nothing
+    ) -> None:
+        """Advance every world by one control step, see :meth:`artigrasp.simulation.backend.Simulation.step`."""
         blocks = iter(self._blocks)
 
         def step_blocks() -> None:
             for block in blocks:
-                block.step(apply_torques)
+                block.step(apply_torques, begin, finish)
 
         helpers = [self._helpers.submit(step_blocks) for _ in range(self._helper_count)]
         try:

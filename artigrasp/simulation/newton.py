@@ -6,7 +6,7 @@ MuJoCo Warp fewer.
 """
 
 import contextlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import mujoco_warp
 import newton
@@ -26,7 +26,7 @@ from artigrasp.simulation.scene import (
     make_newton_solver,
     object_label,
 )
-from artigrasp.simulation.state import allocate_state
+from artigrasp.simulation.state import OnWorlds, allocate_state, launch_nothing
 
 CONTACT_CAPACITY = 128
 """Contacts per world for which there is room; all worlds share the room. Two hands on a free object reach 106."""
@@ -112,26 +112,23 @@ class NewtonSimulation:
         self._world_flag = wp.zeros(self.world_count + 1, dtype=wp.bool, device=device)
         self._capture = capture
         self._graph: wp.Graph | None = None
-        self._graph_torques: Callable[[slice], None] | None = None
+        self._graph_calls: tuple[OnWorlds, ...] = ()
 
-    def step(self, apply_torques: Callable[[slice], None]) -> None:
-        """Advance every world by one control step.
-
-        Args:
-            apply_torques: Called before every substep with the only one of ``torque_rows``; fills ``joint_torque`` from
-                ``state``. It may do nothing but launch kernels with the same arguments every time: a replay repeats
-                only these.
-        """
+    def step(
+        self, apply_torques: OnWorlds, begin: OnWorlds = launch_nothing, finish: OnWorlds = launch_nothing
+    ) -> None:
+        """Advance every world by one control step, see :meth:`artigrasp.simulation.backend.Simulation.step`."""
+        calls = (apply_torques, begin, finish)
         if not self._capture:
-            self._step(apply_torques)
-        elif self._graph_torques != apply_torques:
+            self._step(*calls)
+        elif self._graph_calls != calls:
             # kernels must be loaded before they can be recorded, so the first call records nothing
-            self._graph, self._graph_torques = None, apply_torques
-            self._step(apply_torques)
+            self._graph, self._graph_calls = None, calls
+            self._step(*calls)
         else:
             if self._graph is None:
                 with wp.ScopedCapture(device=self.device) as recording:
-                    self._step(apply_torques)
+                    self._step(*calls)
                 self._graph = recording.graph
             wp.capture_launch(self._graph)
 
@@ -166,9 +163,10 @@ class NewtonSimulation:
         for _ in range(self.substeps):
             self._solver.step(self._state, self._state, self._control, self._contacts, self._timestep)
 
-    def _step(self, apply_torques: Callable[[slice], None]) -> None:
+    def _step(self, apply_torques: OnWorlds, begin: OnWorlds, finish: OnWorlds) -> None:
         hands = (self.world_count, self.hand_count)
         joint_q, joint_qd = self._state.joint_q, self._state.joint_qd
+        begin(*self.torque_rows)
         self.state.hands.contact_force.zero_()
         for _ in range(self.substeps):
             apply_torques(*self.torque_rows)
@@ -198,6 +196,7 @@ class NewtonSimulation:
             [self.state.slots],
         )
         self.state.read_focus()
+        finish(*self.torque_rows)
 
     def _accumulate_contact_force(self) -> None:
         contacts = self._contacts

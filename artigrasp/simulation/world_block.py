@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from artigrasp.kernels import mujoco_state
 from artigrasp.simulation.mujoco_warnings import CAPACITY_WARNINGS, warning_count
-from artigrasp.simulation.state import SimulationState
+from artigrasp.simulation.state import OnWorlds, SimulationState
 
 CONTROL = (
     mujoco.mjtState.mjSTATE_QFRC_APPLIED.value
@@ -114,9 +114,10 @@ class WorldBlock:
             [mujoco_state_rows, layout, state.slots, state.diverged],
         )
 
-    def step(self, apply_torques: Callable[[slice], None]) -> None:
+    def step(self, apply_torques: OnWorlds, begin: OnWorlds, finish: OnWorlds) -> None:
         """Advance the block by one control step; see :meth:`CpuSimulation.step`."""
         packed = self._packed
+        begin(self.rows)
         for finish_substep in self._finish_substep:
             apply_torques(self.rows)
             self._pack_torques.launch()
@@ -127,6 +128,7 @@ class WorldBlock:
             finish_substep.launch()
         self._unpack_objects.launch()
         self._state.read_focus()
+        finish(self.rows)
 
     def _substep(self, worlds: slice) -> None:
         """Simulate some of the block's worlds for one substep, from the packed state to the next one."""
