@@ -109,11 +109,10 @@ def _legend(config: ExtractionConfig) -> "list[Artist]":
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    found, labelled = {"color": "grey", "linewidth": 1.2}, {"color": "grey", "linestyle": "--"}
     return [
-        Line2D([], [], marker="^", markersize=7, label="found here, frame chosen", **found),
-        Line2D([], [], marker="o", markersize=9, fillstyle="none", label="labelled by the authors", **labelled),
-        Line2D([], [], marker="x", markersize=9, label="labelled, but not found", **labelled),
+        Line2D([], [], color="grey", marker="^", markersize=7, label="found here, frame chosen"),
+        Line2D([], [], color="grey", linestyle="--", marker="o", fillstyle="none", label="labelled by the authors"),
+        Line2D([], [], color="grey", linestyle="--", marker="x", label="labelled, but not found"),
         Patch(color=SHADE, label=f"faster than {config.base_speed:g} m/s or {config.hinge_rate:g} rad/s"),
         Patch(color=HOLDING, label="links on the object"),
         Patch(color=TURNING, label="links on the articulated part"),
