@@ -120,4 +120,7 @@ class ContactCounts:
 
 def count_contacts(given: NDArray[np.bool_], measured: NDArray[np.bool_]) -> ContactCounts:
     """Compare contacts of T frames, both of shape (T, 2, 3, 16)."""
-    return ContactCounts(*(np.sum(each, axis=(0, 1), dtype=np.int64) for each in (given & measured, given, measured)))
+    both, of_given, of_measured = (
+        np.asarray(each.sum(axis=(0, 1)), np.int64) for each in (given & measured, given, measured)
+    )
+    return ContactCounts(both, of_given, of_measured)
