@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from .rotations import quat_to_rotation_vector
 from .states import Goal, HandState, ObjectState, element_types
 
 wp.set_module_options({"enable_backward": False})
@@ -26,8 +27,14 @@ class EpisodeMetrics:
         tilt_max: the same over the episode.
         angle_change: absolute change of the hinge angle since the start, now.
         angle_change_max: the same over the episode.
-        angle_error: absolute distance of the hinge angle from its goal, now.
-        angle_error_mean: the same over the episode.
+        angle_error: absolute distance of the hinge angle from its target, now.
+        angle_error_mean, angle_error_min: the same over the episode.
+        lift: height of the base frame's origin over its start, now, m.
+        turn: angle between the base and its start, now.
+        position_error: distance of the base frame's origin from its target, now, m.
+        position_error_min: the same over the episode, m.
+        rotation_error: angle between the base and its target, now.
+        rotation_error_min: the same over the episode.
         opened: int, 1 once the angle has changed by more than the threshold.
         failure: int, bits of `FAILURES`, kept until the reset.
     """
@@ -43,6 +50,13 @@ class EpisodeMetrics:
     angle_change_max: wp.array[float]
     angle_error: wp.array[float]
     angle_error_mean: wp.array[float]
+    angle_error_min: wp.array[float]
+    lift: wp.array[float]
+    turn: wp.array[float]
+    position_error: wp.array[float]
+    position_error_min: wp.array[float]
+    rotation_error: wp.array[float]
+    rotation_error_min: wp.array[float]
     opened: wp.array[int]
     failure: wp.array[int]
 
@@ -81,6 +95,20 @@ def tilt_between(start: wp.quat, current: wp.quat) -> float:
 
 
 @wp.func
+def angle_between(start: wp.transform, end: wp.transform) -> float:
+    """Angle [rad] of the shortest turn from one frame to another."""
+    return wp.length(
+        quat_to_rotation_vector(wp.transform_get_rotation(end) * wp.quat_inverse(wp.transform_get_rotation(start)))
+    )
+
+
+@wp.func
+def distance_between(start: wp.transform, end: wp.transform) -> float:
+    """Distance [m] of the origins of two frames."""
+    return wp.length(wp.transform_get_translation(end) - wp.transform_get_translation(start))
+
+
+@wp.func
 def failure_bits(
     hand_state: HandState, object_state: ObjectState, limits: MetricLimits, displacement: float, world: int
 ) -> int:
@@ -116,7 +144,7 @@ def failure_bits(
 def reset_metrics(world_mask: wp.array[int], goal: Goal, metrics: EpisodeMetrics):
     """Forget the episodes of the masked worlds; launch with ``dim=W`` after `reset_worlds`.
 
-    The hinge counts as measured at its start: that is what remains of an episode that fails at once.
+    Hinge and base count as measured at their start: that is what remains of an episode that fails at once.
 
     Args:
         world_mask: [W] int, 1 where an episode starts.
@@ -126,7 +154,9 @@ def reset_metrics(world_mask: wp.array[int], goal: Goal, metrics: EpisodeMetrics
     world = wp.tid()
     if world_mask[world] == 0:
         return
-    angle_error = wp.abs(goal.angle[world] - goal.start_angle[world])
+    angle_error = wp.abs(goal.target_angle[world] - goal.start_angle[world])
+    position_error = distance_between(goal.start_object_pose[world], goal.target_object_pose[world])
+    rotation_error = angle_between(goal.start_object_pose[world], goal.target_object_pose[world])
     metrics.step_count[world] = 0
     metrics.angle[world] = goal.start_angle[world]
     metrics.displacement[world] = 0.0
@@ -138,6 +168,13 @@ def reset_metrics(world_mask: wp.array[int], goal: Goal, metrics: EpisodeMetrics
     metrics.angle_change_max[world] = 0.0
     metrics.angle_error[world] = angle_error
     metrics.angle_error_mean[world] = angle_error
+    metrics.angle_error_min[world] = angle_error
+    metrics.lift[world] = 0.0
+    metrics.turn[world] = 0.0
+    metrics.position_error[world] = position_error
+    metrics.position_error_min[world] = position_error
+    metrics.rotation_error[world] = rotation_error
+    metrics.rotation_error_min[world] = rotation_error
     metrics.opened[world] = 0
     metrics.failure[world] = 0
 
@@ -167,7 +204,7 @@ def update_metrics(
     world = wp.tid()
     start = goal.start_object_pose[world]
     pose = object_state.pose[world]
-    displacement = wp.length(wp.transform_get_translation(pose) - wp.transform_get_translation(start))
+    displacement = distance_between(start, pose)
     bits = failure_bits(hand_state, object_state, limits, displacement, world)
     if diverged[world] != 0:
         bits = bits | DIVERGED
@@ -184,7 +221,9 @@ def update_metrics(
     tilt = tilt_between(wp.transform_get_rotation(start), wp.transform_get_rotation(pose))
     angle = object_state.hinge_q[world]
     angle_change = wp.abs(angle - goal.start_angle[world])
-    angle_error = wp.abs(goal.angle[world] - angle)
+    angle_error = wp.abs(goal.target_angle[world] - angle)
+    position_error = distance_between(pose, goal.target_object_pose[world])
+    rotation_error = angle_between(pose, goal.target_object_pose[world])
     step_count = metrics.step_count[world] + 1
     weight = 1.0 / float(step_count)
     metrics.step_count[world] = step_count
@@ -198,5 +237,12 @@ def update_metrics(
     metrics.angle_change_max[world] = wp.max(metrics.angle_change_max[world], angle_change)
     metrics.angle_error[world] = angle_error
     metrics.angle_error_mean[world] = wp.lerp(metrics.angle_error_mean[world], angle_error, weight)
+    metrics.angle_error_min[world] = wp.min(metrics.angle_error_min[world], angle_error)
+    metrics.lift[world] = wp.transform_get_translation(pose)[2] - wp.transform_get_translation(start)[2]
+    metrics.turn[world] = angle_between(start, pose)
+    metrics.position_error[world] = position_error
+    metrics.position_error_min[world] = wp.min(metrics.position_error_min[world], position_error)
+    metrics.rotation_error[world] = rotation_error
+    metrics.rotation_error_min[world] = wp.min(metrics.rotation_error_min[world], rotation_error)
     if angle_change > limits.opened_angle:
         metrics.opened[world] = 1

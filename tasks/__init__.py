@@ -2,9 +2,11 @@
 
 from artigrasp.config import TaskConfig
 from artigrasp.errors import unknown
-from artigrasp.tasks import right_fixed, right_fixed_synergy
+from artigrasp.tasks import both_free, right_fixed, right_fixed_synergy
 
-TASKS: dict[str, TaskConfig] = {module.TASK.name: module.TASK for module in (right_fixed, right_fixed_synergy)}
+TASKS: dict[str, TaskConfig] = {
+    module.TASK.name: module.TASK for module in (right_fixed, right_fixed_synergy, both_free)
+}
 """All tasks by name."""
 
 

@@ -24,9 +24,10 @@ CHUNKS = "chunks"
 class Options:
     """Measure a controller on every reference of a split.
 
-    Protocols: articulation plays every reference toward .5, .75, 1, 1.25 and 1.5 rad; images does so from references
-    that come from images, and from those of the same frames that come from motion capture; left-out does so on objects
-    that the policy has not seen. Success is counted in three ways: `paper` (the paper's text), `released` (the authors'
+    Protocols: articulation plays every reference toward .5, .75, 1, 1.25 and 1.5 rad; grasping lets every reference
+    grasp its object and take it to 30 targets in the air; images does both from references that come from images, and
+    from those of the same frames that come from motion capture; left-out articulates objects that the policy has not
+    seen. Success is counted in three ways: `paper` (the paper's text), `released` (the authors'
     scripts) and `strict` (the base must stay where it is).
 
     Writes metrics.json, trials.csv (one row per trial), metrics.md and success.png; with baselines, theirs go to
@@ -40,7 +41,7 @@ class Options:
     """
 
     protocol: Annotated[str, tyro.conf.Positional]
-    """What is measured: articulation, images or left-out."""
+    """What is measured: articulation, grasping, images or left-out."""
     controller: str = "policy"
     """What acts: policy, pd-ik, d-grasp, search (64 rollouts around pd-ik) or zero (the task's prior alone)."""
     policy: str | None = None
@@ -57,6 +58,8 @@ class Options:
     """Rollouts of a search around the controller, for every trial; it no longer acts alone then, and says so."""
     goal_angles: tuple[float, ...] | None = None
     """Target angles of articulation instead of the protocol's [rad]."""
+    per_object: int | None = None
+    """Trials of each object, at most, spread evenly over its references and targets; by default all."""
     seed: int = 0
     """Seed of a search and of targets that are drawn; the trials start without noise."""
     worlds: int = 512
@@ -120,6 +123,7 @@ def run(options: Options) -> int:
                         experiment,
                         split=split,
                         seed=options.seed,
+                        per_object=options.per_object,
                         policy=str(policy) if policy is not None and controller.name.startswith("policy") else None,
                         world_count=options.worlds,
                         chunk_folder=options.out / CHUNKS,

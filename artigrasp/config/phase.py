@@ -21,6 +21,8 @@ class PhaseConfig:
     aim: Literal["time", "grasp", "object", "hinge", "hands"] = "time"
     """What ends it early: nothing; all hands that take part touch the object, which is at rest; the object is at its
     target; the hinge is; the wrists have arrived."""
+    skill: Literal["articulate", "grasp"] | None = None
+    """What a policy must have learned to act in this phase; None for phases that need none."""
     reference: Literal["first", "second"] = "first"
     """Which of a world's two references is played."""
     carries: bool = False

@@ -268,7 +268,7 @@ class Environment:
         measured = {
             "final_angle": self.metrics.angle,
             "start_angle": self.goal.start_angle,
-            "goal_angle": self.goal.angle,
+            "goal_angle": self.goal.target_angle,
             "angle_error": self.metrics.angle_error,
             "mean_angle_error": self.metrics.angle_error_mean,
             "max_angle_change": self.metrics.angle_change_max,
@@ -276,6 +276,13 @@ class Environment:
             "mean_displacement": self.metrics.displacement_mean,
             "max_displacement": self.metrics.displacement_max,
             "max_tilt": self.metrics.tilt_max,
+            "lift": self.metrics.lift,
+            "turn": self.metrics.turn,
+            "position_error": self.metrics.position_error,
+            "rotation_error": self.metrics.rotation_error,
+            "least_angle_error": self.metrics.angle_error_min,
+            "least_position_error": self.metrics.position_error_min,
+            "least_rotation_error": self.metrics.rotation_error_min,
         }
         summary = {name: array.numpy().astype(np.float64) for name, array in measured.items()}
         failed = self.metrics.failure.numpy() != 0
@@ -290,8 +297,12 @@ class Environment:
 
     def reference_rows(self) -> NDArray[np.int64]:
         """Row of every world's reference in the set of its object, shape [world]."""
+        return self.rows_in_sets(self.reference_index.numpy())
+
+    def rows_in_sets(self, references: NDArray[np.integer]) -> NDArray[np.int64]:
+        """Rows of references in the sets of their worlds' objects, of references counted over all sets, [world]."""
         first = np.cumsum([0, *(len(each) for each in self.references)])
-        return np.asarray(self.reference_index.numpy() - first[self.worlds.object_index])
+        return np.asarray(references - first[self.worlds.object_index])
 
     def _allocate(self) -> None:
         """The arrays and settings that kernels read and write."""

@@ -80,7 +80,13 @@ def trial_worlds(references: Sequence[ReferenceSet], goal_angles: Sequence[float
 
 
 def planned_worlds(
-    references: Sequence[ReferenceSet], object_index: ArrayLike, reference: ArrayLike, goal_angle: ArrayLike
+    references: Sequence[ReferenceSet],
+    object_index: ArrayLike,
+    reference: ArrayLike,
+    goal_angle: ArrayLike,
+    *,
+    second_reference: ArrayLike | None = None,
+    target_offset: ArrayLike | None = None,
 ) -> WorldPlan:
     """One world for every row of a list.
 
@@ -88,15 +94,20 @@ def planned_worlds(
         references: One set per object.
         object_index: Index of the reference set of each world, ascending.
         reference: Row of the world's reference in its set.
-        goal_angle: Goal of the hinge angle [rad].
+        goal_angle: Goal of the hinge angle [rad], or ``DRAW_GOAL``, which keeps that of a grasp as it is.
+        second_reference: Row of the second reference of a sequence; the first again by default.
+        target_offset: See :class:`WorldPlan`; by default objects should stay.
     """
+    second_reference = reference if second_reference is None else second_reference
     objects = np.asarray(object_index, dtype=np.int32)
     first = np.cumsum([0, *_reference_counts(references)[:-1]])
     return WorldPlan(
         objects,
         (first[objects] + np.asarray(reference)).astype(np.int32),
         np.ones(len(objects), dtype=np.int32),
-        np.asarray(goal_angle, dtype=np.float32),
+        np.broadcast_to(np.asarray(goal_angle, dtype=np.float32), len(objects)),
+        (first[objects] + np.asarray(second_reference)).astype(np.int32),
+        None if target_offset is None else np.asarray(target_offset, dtype=np.float32),
     )
 
 

@@ -77,6 +77,7 @@ def evaluate(
     split: str,
     seed: int = 0,
     policy: str | None = None,
+    per_object: int | None = None,
     world_count: int = 512,
     chunk_folder: Path | None = None,
     shard: Shard = Shard(),
@@ -95,6 +96,7 @@ def evaluate(
         split: Split to measure.
         seed: Seed of randomly drawn targets and of the environment.
         policy: Path of the policy file, for the record.
+        per_object: Trials of each object, at most, spread evenly over its references and targets; all by default.
         world_count: Worlds that are simulated at once, at most; a search takes several for each trial.
         chunk_folder: Where finished chunks are kept, so that an evaluation that was stopped can go on, and where
             processes find each other's. The caller removes it.
@@ -110,6 +112,8 @@ def evaluate(
     """
     chosen = [each.select(split=split, kind=experiment.kinds) for each in references]
     trials = experiment.draw_trials(chosen, seed)
+    if per_object is not None:
+        trials = trials.spread(per_object)
     parallel = controller.parallel_count if isinstance(controller, Planner) else 1
     size = max(1, world_count // parallel)
     chunks = [slice(start, min(start + size, len(trials))) for start in range(0, len(trials), size)]

@@ -31,10 +31,19 @@ class Trials:
     def __len__(self) -> int:
         return len(self.object)
 
-    def __getitem__(self, rows: slice) -> "Trials":
+    def __getitem__(self, rows: slice | NDArray[np.int64]) -> "Trials":
         """Some of the trials."""
         targets = {name: values[rows] for name, values in self.targets.items()}
         return Trials(self.object[rows], self.reference[rows], targets)
+
+    def spread(self, per_object: int) -> "Trials":
+        """So many trials of each object, or all where there are fewer, at even distances."""
+        chosen = []
+        for name in dict.fromkeys(self.object.tolist()):
+            rows = np.flatnonzero(self.object == name)
+            count = min(per_object, len(rows))
+            chosen.append(rows[np.arange(count) * len(rows) // count])
+        return self[np.concatenate(chosen)]
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from typing import Any
 from artigrasp.errors import unknown
 from artigrasp.evaluation.articulation import ARTICULATION
 from artigrasp.evaluation.experiment import Experiment
+from artigrasp.evaluation.grasping import GRASPING
 
 
 @dataclass(frozen=True)
@@ -21,17 +22,18 @@ class Protocol:
     """Whether a policy may not have been trained on any of the objects."""
 
 
-EXPERIMENTS: dict[str, Experiment[Any]] = {each.name: each for each in (ARTICULATION,)}
+EXPERIMENTS: dict[str, Experiment[Any]] = {each.name: each for each in (ARTICULATION, GRASPING)}
 """All experiments by name."""
 
 PROTOCOLS = {
     each.name: each
     for each in (
         Protocol("articulation", "every reference toward .5, .75, 1, 1.25 and 1.5 rad", (ARTICULATION,)),
+        Protocol("grasping", "every reference grasps its object and takes it to 30 targets in the air", (GRASPING,)),
         Protocol(
             "images",
             "references from images, and those of the same frames from motion capture",
-            (ARTICULATION,),
+            (ARTICULATION, GRASPING),
             splits=("recon", "recon-mocap"),
         ),
         Protocol("left-out", "objects that a policy has not seen", (ARTICULATION,), unseen_objects=True),

@@ -37,6 +37,9 @@ class Sample:
     keypoint_in_part: Array
     contacts: Array
     angle: Array
+    object_pose: Array
+    target_angle: Array
+    target_object_pose: Array
     start_object_pose: Array
     start_angle: Array
 
@@ -100,6 +103,9 @@ def random_sample(world_count: int = 100, seed: int = 0) -> Sample:
         angle=rng.uniform(0.0, 1.5, world_count),
         start_object_pose=random_poses(rng, world_count),
         start_angle=np.zeros(world_count),
+        target_angle=rng.uniform(0.0, 1.5, world_count),
+        target_object_pose=random_poses(rng, world_count),
+        object_pose=random_poses(rng, world_count),
     )
     # The kernels see float32: the reference must start from the same numbers.
     return replace(
@@ -138,6 +144,8 @@ def mirror_sample(sample: Sample) -> Sample:
         finger_angles=sample.finger_angles * joints[6:],
         keypoint_in_part=sample.keypoint_in_part * vector,
         start_object_pose=mirror_poses(sample.start_object_pose),
+        target_object_pose=mirror_poses(sample.target_object_pose),
+        object_pose=mirror_poses(sample.object_pose),
     )
 
 

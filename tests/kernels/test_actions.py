@@ -20,6 +20,7 @@ from artigrasp.kernels.actions import (
 )
 from artigrasp.kernels.layout import ARTICULATED, DOF_COUNT, DOFS, HANDS
 from tests.kernels import numpy_reference
+from tests.kernels.launches import launch_forward_kinematics
 from tests.kernels.samples import Sample, random_sample, to_device
 
 PAPER = {"wrist_prior": "reference", "finger_prior": "current"}
@@ -62,6 +63,7 @@ def targets(
 ) -> np.ndarray:
     """[W, H, 51] targets of a sample, with all joint limits at ``limit``."""
     device = to_device(sample)
+    launch_forward_kinematics(device)
     hands = sample.part.shape
     for array, value in ((device.goal.lower, -limit), (device.goal.upper, limit)):
         array.fill_(value)
@@ -294,3 +296,115 @@ def test_idle_hands_hold_still(sample: Sample, prior: dict[str, str]) -> None:
 def test_both_parts_occur(sample: Sample) -> None:
     """The random states cover hands on the base and on the articulated part."""
     assert 0.3 < (sample.part == ARTICULATED).mean() < 0.7
+
+
+TRANSPORT = {"wrist_prior": "transport", "finger_prior": "closed"}
+RETREAT = {"wrist_prior": "retreat", "finger_prior": "opening"}
+TRANSIT = {"wrist_prior": "transit", "finger_prior": "opening"}
+SPEEDS = {"speed": 0.002, "turn_speed": 0.01}
+
+
+def planned_object(sample: Sample, fraction: np.ndarray) -> numpy_reference.Frame:
+    """[W] base frames between the sample's and the ones asked for."""
+    start, end = (numpy_reference.frame(pose) for pose in (sample.pose, sample.object_pose))
+    turn = numpy_reference.rotation_vector(np.swapaxes(start[0], -1, -2) @ end[0])
+    rotation = start[0] @ Rotation.from_rotvec(fraction[:, None] * turn).as_matrix()
+    return rotation, start[1] + fraction[:, None] * (end[1] - start[1])
+
+
+@pytest.mark.parametrize("step", [0, 40, 1000])
+def test_hands_carry_the_object_along_its_way(sample: Sample, step: int) -> None:
+    """The reference stays on the object on its way to the goal, whose slower half, shift or turn, sets the pace."""
+    start, end = (numpy_reference.frame(pose) for pose in (sample.pose, sample.object_pose))
+    turn = np.linalg.norm(numpy_reference.rotation_vector(np.swapaxes(start[0], -1, -2) @ end[0]), axis=-1)
+    x = np.minimum(step / np.maximum(np.linalg.norm(end[1] - start[1], axis=-1) / 0.002, turn / 0.01), 1.0)
+    rotation, position = planned_object(sample, x * x * (3.0 - 2.0 * x))
+    matrix, origin = numpy_reference.frame(sample.pose)
+    still = reference_wrist(sample, sample.hinge_q)
+    in_object = numpy_reference.compose(numpy_reference.inverse((matrix[:, None], origin[:, None])), still)
+    expected = numpy_reference.compose((rotation[:, None], position[:, None]), in_object)
+    assert_frames_agree(wrist_at(sample, targets(sample, TRANSPORT, step=step, **SPEEDS)), expected)
+    # of the distance that the object is behind, a share is added
+    found = wrist_at(sample, targets(sample, TRANSPORT, step=step, position_feedback=0.5, **SPEEDS))
+    np.testing.assert_allclose(found[1], expected[1] + 0.5 * (position - origin)[:, None], atol=1e-5)
+
+
+def test_an_idle_hand_keeps_its_distance_from_a_carried_object(sample: Sample) -> None:
+    """It is carried along as if it held on."""
+    idle = replace(sample, active=np.zeros_like(sample.active))
+    rotation, position = planned_object(sample, np.ones(sample.world_count))
+    start = tuple(each[:, None] for each in numpy_reference.frame(sample.pose))
+    held = numpy_reference.compose(numpy_reference.inverse(start), numpy_reference.frame(sample.hand_base))
+    expected = numpy_reference.compose((rotation[:, None], position[:, None]), held)
+    assert_frames_agree(wrist_at(idle, targets(idle, TRANSPORT, **SPEEDS)), expected)
+
+
+def test_a_hand_retreats_straight_from_the_object(sample: Sample) -> None:
+    """Along the direction from the object's origin, by the distance, not under the table; fingers open again."""
+    base = sample.hand_base[..., :3]
+    outward = base - sample.pose[:, None, :3]
+    outward /= np.linalg.norm(outward, axis=-1, keepdims=True)
+    for step, fraction in ((0, 0.0), (30, 0.5), (60, 1.0)):
+        target = targets(sample, RETREAT, step=step, retreat_distance=0.15, wrist_clearance=-9.0)
+        rotation, position = wrist_at(sample, target)
+        np.testing.assert_allclose(position, base + 0.15 * fraction * outward, atol=1e-5)
+        np.testing.assert_allclose(rotation, numpy_reference.frame(sample.hand_base)[0], atol=2e-5)
+    low = wrist_at(sample, targets(sample, RETREAT, retreat_distance=0.15, wrist_clearance=0.1))[1]
+    np.testing.assert_allclose(low[..., 2], np.maximum((base + 0.15 * outward)[..., 2], 0.1), atol=1e-5)
+    for step, fraction in ((30, 1.0), (50, 0.65), (70, 0.3)):
+        found = targets(sample, RETREAT, step=step)[..., 6:]
+        np.testing.assert_allclose(found, fraction * sample.finger_angles, atol=1e-5)
+
+
+def test_transit_leads_around_the_object(sample: Sample) -> None:
+    """From where the hand is to its pre-grasp pose, or farther if idle, never nearer to the object than both ends."""
+    sample = replace(sample, active=np.arange(2 * sample.world_count).reshape(-1, 2) // 3 % 2)
+    origin = sample.pose[:, None, :3]
+    rotation, reference = reference_wrist(sample, sample.hinge_q)
+    outward = (reference - origin) / np.linalg.norm(reference - origin, axis=-1, keepdims=True)
+    end = reference + np.where(sample.active[..., None] == 1, 0.1, 0.3) * outward
+    distances = {"pregrasp_distance": 0.1, "idle_distance": 0.3, "wrist_clearance": -9.0}
+    arrived = wrist_at(sample, targets(sample, TRANSIT, **distances))
+    assert_frames_agree(arrived, (rotation, end))
+    begun = wrist_at(sample, targets(sample, TRANSIT, step=0, **distances))
+    assert_frames_agree(begun, numpy_reference.frame(sample.hand_base))
+    nearest = np.minimum(*(np.linalg.norm(each - origin, axis=-1) for each in (begun[1], arrived[1])))
+    for step in range(5, 60, 5):
+        position = wrist_at(sample, targets(sample, TRANSIT, step=step, **distances))[1]
+        assert (np.linalg.norm(position - origin, axis=-1) > nearest - 1e-4).all()
+    # to the opposite side, it goes over the top
+    opposite = replace(sample, hand_base=np.concatenate([2 * origin - end, sample.hand_base[..., 3:]], axis=-1))
+    highest = wrist_at(opposite, targets(opposite, TRANSIT, step=30, **distances))[1]
+    np.testing.assert_allclose(highest[..., :2], np.broadcast_to(origin[..., :2], highest[..., :2].shape), atol=1e-3)
+    assert (highest[..., 2] > origin[..., 2] + 0.1).all()
+
+
+def test_two_hands_press_towards_each_other(sample: Sample) -> None:
+    """Each palm towards the other as the fingers close; a hand alone does not press."""
+    sample = replace(sample, active=np.where(np.arange(sample.world_count)[:, None] % 2 == 0, 1, [1, 0]))
+    palms = numpy_reference.forward_kinematics(sample)[1][:, :, 4]
+    towards = (palms[:, 1] - palms[:, 0]) / np.linalg.norm(palms[:, 1] - palms[:, 0], axis=-1, keepdims=True)
+    towards = np.stack([towards, -towards], axis=1) * sample.active.all(axis=1)[:, None, None]
+    for step, fraction in ((30, 0.0), (50, 0.5), (100, 1.0)):
+        plain, pressed = (wrist_at(sample, targets(sample, HINGE, step=step, press=press))[1] for press in (0.0, 0.05))
+        np.testing.assert_allclose(pressed - plain, 0.05 * fraction * towards, atol=1e-5)
+
+
+def test_closed_fingers_squeeze(sample: Sample) -> None:
+    """Flexion beyond the reference, from when they close."""
+    flexion = finger_synergy_basis(HANDS)[:, 0]
+    for step, fraction in ((30, 0.0), (50, 0.5), (100, 1.0)):
+        plain, squeezed = (targets(sample, HINGE, step=step, squeeze=squeeze)[..., 6:] for squeeze in (0.0, 0.2))
+        np.testing.assert_allclose(squeezed - plain, np.broadcast_to(0.2 * fraction * flexion, plain.shape), atol=1e-5)
+    closed = targets(sample, TRANSPORT, step=0, squeeze=0.2, **SPEEDS)[..., 6:]
+    np.testing.assert_allclose(closed, sample.finger_angles + 0.2 * flexion, atol=1e-5)
+
+
+def test_a_hand_comes_in_with_palm_and_fingertips(sample: Sample) -> None:
+    """Halfway its way bows by the whole arc to where no finger points and no palm looks; both ends are as before."""
+    back = np.sqrt(0.5) * np.array([[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0]])
+    for step, share in ((0, 0.0), (30, 1.0), (60, 0.0)):
+        straight, bowed = (wrist_at(sample, targets(sample, HINGE, step=step, approach_arc=arc)) for arc in (0.0, 0.04))
+        expected = numpy_reference.turned(straight[0], np.broadcast_to(back, straight[1].shape))
+        np.testing.assert_allclose(bowed[1] - straight[1], 0.04 * share * expected, atol=1e-5)
+    np.testing.assert_allclose(hand_backs(("right",)), back[1:], atol=1e-7)

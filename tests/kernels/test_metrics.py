@@ -68,7 +68,8 @@ def trajectory() -> list[Sample]:
             step,
             start_object_pose=start.start_object_pose,
             start_angle=start.start_angle,
-            angle=start.angle,
+            target_angle=start.target_angle,
+            target_object_pose=start.target_object_pose,
             hinge_q=rng.uniform(-0.35, 0.35, WORLD_COUNT),
         )
         for step in steps
@@ -84,10 +85,19 @@ def test_measurements_agree_with_numpy(trajectory: list[Sample]) -> None:
     carried = Rotation.from_quat(start[:, 3:]).inv().apply(up)
     tilt = np.stack([np.arccos(Rotation.from_quat(step.pose[:, 3:]).apply(carried)[:, 2]) for step in trajectory])
     change = np.stack([np.abs(step.hinge_q - step.start_angle) for step in trajectory])
-    error = np.stack([np.abs(step.hinge_q - step.angle) for step in trajectory])
+    target = trajectory[0].target_object_pose
+    away = np.stack([np.linalg.norm(step.pose[:, :3] - target[:, :3], axis=-1) for step in trajectory])
+    turned, off = (np.stack([angle_between(step.pose, to) for step in trajectory]) for to in (start, target))
+    error = np.stack([np.abs(step.hinge_q - step.target_angle) for step in trajectory])
     for name, values in {"displacement": displacement, "tilt": tilt, "angle_change": change}.items():
         np.testing.assert_allclose(result[name], values[-1], atol=1e-4)
         np.testing.assert_allclose(result[f"{name}_max"], values.max(0), atol=1e-4)
+    for name, values in {"position_error": away, "rotation_error": off, "angle_error": error}.items():
+        np.testing.assert_allclose(result[name], values[-1], atol=1e-4)
+        least = np.minimum(values.min(0), 0.0)  # zeroed metrics begin with the least error there is
+        np.testing.assert_allclose(result[f"{name}_min"], least, atol=1e-4)
+    np.testing.assert_allclose(result["turn"], turned[-1], atol=1e-4)
+    np.testing.assert_allclose(result["lift"], trajectory[-1].pose[:, 2] - start[:, 2], atol=1e-5)
     np.testing.assert_array_equal(result["angle"], trajectory[-1].hinge_q.astype(np.float32))
     np.testing.assert_allclose(result["displacement_mean"], displacement.mean(0), rtol=1e-5)
     np.testing.assert_allclose(result["angle_error"], error[-1], rtol=1e-4)
@@ -114,11 +124,40 @@ def test_masked_reset(trajectory: list[Sample]) -> None:
     mask = np.arange(WORLD_COUNT) % 2
     goal = to_device(trajectory[0]).goal
     wp.launch(reset_metrics, dim=WORLD_COUNT, inputs=[wp.array(mask, dtype=int), goal, metrics])
-    start, error = goal.start_angle.numpy(), np.abs(goal.angle.numpy() - goal.start_angle.numpy())
-    fresh = {"angle": start, "angle_error": error, "angle_error_mean": error}
+    start, error = goal.start_angle.numpy(), np.abs(goal.target_angle.numpy() - goal.start_angle.numpy())
+    sample = trajectory[0]
+    away = np.linalg.norm(sample.start_object_pose[:, :3] - sample.target_object_pose[:, :3], axis=-1)
+    off = angle_between(sample.start_object_pose, sample.target_object_pose)
+    fresh = {"angle": start, "angle_error": error, "angle_error_mean": error, "angle_error_min": error}
+    fresh |= {name + suffix: values for name, values in (("position_error", away), ("rotation_error", off))
+              for suffix in ("", "_min")}  # fmt: skip
     for name, values in before.items():
         expected = np.where(mask == 1, fresh.get(name, 0), values)
-        np.testing.assert_array_equal(getattr(metrics, name).numpy(), expected)
+        np.testing.assert_allclose(getattr(metrics, name).numpy(), expected, atol=1e-5)
+
+
+def test_the_least_errors_are_kept(trajectory: list[Sample]) -> None:
+    """From a reset on, the smallest error of any step remains, whatever comes later."""
+    metrics = episode_metrics(WORLD_COUNT)
+    everywhere = wp.full(WORLD_COUNT, 1, dtype=int)
+    wp.launch(reset_metrics, dim=WORLD_COUNT, inputs=[everywhere, to_device(trajectory[0]).goal, metrics])
+    result = measure(metrics, *trajectory)
+    target = trajectory[0].target_object_pose
+    poses = [trajectory[0].start_object_pose, *(step.pose for step in trajectory)]
+    away = np.stack([np.linalg.norm(pose[:, :3] - target[:, :3], axis=-1) for pose in poses])
+    np.testing.assert_allclose(result["position_error_min"], away.min(0), atol=1e-5)
+    np.testing.assert_allclose(
+        result["rotation_error_min"], np.min([angle_between(p, target) for p in poses], 0), atol=1e-4
+    )
+    angles = [trajectory[0].start_angle, *(step.hinge_q for step in trajectory)]
+    least = np.min([np.abs(angle - trajectory[0].target_angle) for angle in angles], 0)
+    np.testing.assert_allclose(result["angle_error_min"], least, atol=1e-5)
+    assert (result["position_error_min"] < result["position_error"]).any()
+
+
+def angle_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Angles [W] of the shortest turns between poses [W, 7]."""
+    return (Rotation.from_quat(first[:, 3:]).inv() * Rotation.from_quat(second[:, 3:])).magnitude()
 
 
 def test_nothing_is_measured_after_a_failure(trajectory: list[Sample]) -> None:

@@ -1,0 +1,88 @@
+"""Playing trials that are sequences of phases."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from artigrasp.config import PhaseConfig, SimulatorConfig
+from artigrasp.controllers.controller import Controller
+from artigrasp.controllers.rollout import run_episode
+from artigrasp.controllers.skills import with_skills
+from artigrasp.environment.environment import Environment
+from artigrasp.environment.worlds import WorldPlan
+from artigrasp.evaluation.experiment import Trials
+from artigrasp.kernels.phases import OUTCOMES
+from artigrasp.references.reference import ReferenceSet
+
+
+def object_indices(references: Sequence[ReferenceSet], trials: Trials) -> NDArray[np.int64]:
+    """Index of the reference set of every trial."""
+    index = {each.object: number for number, each in enumerate(references)}
+    return np.array([index[name] for name in trials.object.tolist()])
+
+
+def play_sequence(
+    controller: Controller,
+    sequence: Sequence[PhaseConfig],
+    references: Sequence[ReferenceSet],
+    worlds: WorldPlan,
+    *,
+    seed: int,
+    simulator: SimulatorConfig,
+    on_step: Callable[[int, int], None],
+    retry_count: int = 0,
+) -> Environment:
+    """Play a sequence once in every world, without noise.
+
+    Args:
+        controller: What acts in the phases whose skill it has; PD+IK acts in the others.
+        sequence: Phases of PD+IK.
+        references: One set per object.
+        worlds: What each world plays.
+        seed: Seed of the environment.
+        simulator: Backend, device and threads.
+        on_step: Called with the control steps done, planning included, and how many there are.
+        retry_count: How often an episode may go back after a failed phase.
+
+    Returns:
+        The environment as it is at the end.
+    """
+    environment = Environment(
+        controller.task,
+        references,
+        worlds,
+        sequence=with_skills(sequence, controller),
+        retry_count=retry_count,
+        seed=seed,
+        noise=False,
+        simulator=simulator,
+    )
+    planned = controller.rollout_count * environment.episode_steps
+    total = planned + environment.episode_steps
+    run_episode(
+        environment,
+        controller,
+        on_step=lambda step: on_step(planned + step, total),
+        on_plan=lambda done, _: on_step(done, total),
+    )
+    return environment
+
+
+def phase_outcomes(environment: Environment) -> dict[str, NDArray[np.str_]]:
+    """What became of every phase in every world, by the phase's name."""
+    codes = environment.phase_outcome.numpy()
+    return {phase.name: np.array(OUTCOMES)[codes[:, row]] for row, phase in enumerate(environment.phases)}
+
+
+def played_references(environment: Environment) -> dict[str, Any]:
+    """Object, row and source of every world's first reference: the fields with which all outcomes begin."""
+    worlds = environment.worlds
+    rows = environment.rows_in_sets(worlds.first_reference)
+    sources = [environment.references[index].source[row] for index, row in zip(worlds.object_index, rows, strict=True)]
+    return {
+        "object": np.array(environment.object_names)[worlds.object_index],
+        "reference": rows,
+        "source": np.array(sources),
+    }

@@ -1,0 +1,117 @@
+"""The phases of long motions, as data (paper, Section Sequence Generation).
+
+Each is a phase of PD+IK; a policy that has learned a phase's skill takes it over.
+"""
+
+from dataclasses import replace
+
+from artigrasp.config import ActionConfig, PDGain, PDGains, PhaseConfig
+
+_REACH = ActionConfig(wrist_prior="hinge", finger_prior="reference", residual=None, approach_steps=60, close_start=30)
+
+SOFT_FINGERS = PDGains(PDGain(kp=200.0, kd=10.0), PDGain(kp=50.0, kd=0.2), PDGain(kp=10.0, kd=0.2))
+"""Fingers that give way while they close push the object about less."""
+STRONG_WRISTS = PDGains(PDGain(kp=1000.0, kd=45.0), PDGain(kp=50.0, kd=0.2), PDGain(kp=50.0, kd=0.2))
+"""Wrists that carry; the authors' stiffness."""
+
+GRASP = PhaseConfig(
+    name="grasp",
+    skill="grasp",
+    aim="grasp",
+    least_steps=130,
+    most_steps=200,
+    opens=False,
+    action=replace(_REACH, approach_arc=0.05, close_end=90, press=0.02),
+    gains=SOFT_FINGERS,
+)
+"""Both hands close on the object until it rests in them."""
+
+RELOCATE = PhaseConfig(
+    name="relocate",
+    skill="grasp",
+    aim="object",
+    most_steps=300,
+    carries=True,
+    opens=False,
+    action=ActionConfig(
+        wrist_prior="transport",
+        finger_prior="closed",
+        residual=None,
+        press=0.02,
+        carry_speed=0.15,
+        carry_turn_speed=0.4,
+        carry_feedback=1.0,
+    ),
+    gains=STRONG_WRISTS,
+)
+"""The hands take the object to its target: the paper's motion synthesis module, on a planned path."""
+
+HOLD = replace(RELOCATE, name="hold", aim="time", most_steps=50)
+"""They keep it there."""
+
+LIFT = 0.15
+"""Height over its target at which an object is carried that will be put down [m] (the authors' script)."""
+
+PUT_DOWN = replace(
+    RELOCATE, name="put down", most_steps=200, action=replace(RELOCATE.action, carry_speed=0.1, carry_turn_speed=0.2)
+)
+"""They lower it to its target."""
+
+RELEASE = PhaseConfig(
+    name="release",
+    aim="hands",
+    least_steps=80,
+    most_steps=120,
+    opens=False,
+    action=ActionConfig(
+        wrist_prior="retreat", finger_prior="opening", residual=None, approach_steps=80, close_start=0, close_end=30
+    ),
+    gains=SOFT_FINGERS,
+)
+"""The fingers open, and the hands back off along the direction in which the object sees them."""
+
+TRANSIT = PhaseConfig(
+    name="transit",
+    reference="second",
+    aim="hands",
+    least_steps=120,
+    most_steps=180,
+    opens=False,
+    action=ActionConfig(
+        wrist_prior="transit", finger_prior="opening", residual=None, approach_steps=120, close_start=0, close_end=0
+    ),
+    gains=SOFT_FINGERS,
+)
+"""The hands go around the object to where the next reference is approached from, or wait out of the way."""
+
+ARTICULATE = PhaseConfig(
+    name="articulate", skill="articulate", reference="second", most_steps=300, action=replace(_REACH, close_end=70)
+)
+"""One hand opens the object to its target angle."""
+
+GRASPING = (GRASP, RELOCATE, HOLD)
+"""Grasp the object and take it to a target in the air."""
+
+GRASP_THEN_ARTICULATE = (
+    GRASP,
+    replace(RELOCATE, lift=LIFT),
+    PUT_DOWN,
+    RELEASE,
+    TRANSIT,
+    ARTICULATE,
+)
+"""The paper's composed task: carry the object to its target pose and open it there."""
+
+ARTICULATE_THEN_GRASP = (
+    replace(ARTICULATE, reference="first", aim="hinge"),
+    replace(RELEASE, opens=True),
+    replace(TRANSIT, opens=True),
+    *(
+        replace(phase, reference="second", opens=True)
+        for phase in (GRASP, replace(RELOCATE, lift=LIFT), PUT_DOWN, HOLD)
+    ),
+)
+"""The other order: open the object, then carry it."""
+
+SEQUENCES = {"grasp-then-articulate": GRASP_THEN_ARTICULATE, "articulate-then-grasp": ARTICULATE_THEN_GRASP}
+"""Sequences that make a whole motion, by name."""
