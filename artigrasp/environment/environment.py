@@ -154,6 +154,11 @@ class Environment:
         """Length of one hand's action, the longest of all phases."""
         return max(action_count(each.action) for each in self.phases)
 
+    @property
+    def object_model(self) -> states.ObjectModel:
+        """Hinge and masses of every world's object, as kernels take them."""
+        return self._bystanders.object_model
+
     def repeat(self, count: int) -> "Environment":
         """An environment with every world so many times, side by side; its episodes start anew."""
         worlds = self.worlds.repeat(count)

@@ -12,6 +12,7 @@ from artigrasp.controllers.rollout import run_episode
 from artigrasp.environment.environment import OPENED_ANGLE, Environment
 from artigrasp.environment.worlds import planned_worlds
 from artigrasp.evaluation.experiment import Experiment, Metric, Outcomes, Trials
+from artigrasp.evaluation.quality import QualityRecorder
 from artigrasp.references.reference import ReferenceSet
 
 GOAL_ANGLES = (0.5, 0.75, 1.0, 1.25, 1.5)
@@ -88,18 +89,19 @@ def run_trials(
     objects = np.array([index[name] for name in trials.object.tolist()])
     worlds = planned_worlds(references, objects, trials.reference, trials.targets["goal_angle"])
     environment = Environment(controller.task, references, worlds, seed=seed, noise=False, simulator=simulator)
+    quality = QualityRecorder(environment)
     planned = controller.rollout_count * controller.task.episode_steps
     total = planned + controller.task.episode_steps
-    run_episode(
-        environment,
-        controller,
-        on_step=lambda step: on_step(planned + step, total),
-        on_plan=lambda done, _: on_step(done, total),
-    )
-    return read_outcomes(environment)
+
+    def record(step: int) -> None:
+        quality.record(step)
+        on_step(planned + step, total)
+
+    run_episode(environment, controller, record, on_plan=lambda done, _: on_step(done, total))
+    return read_outcomes(environment, quality)
 
 
-def read_outcomes(environment: Environment) -> ArticulationOutcomes:
+def read_outcomes(environment: Environment, quality: QualityRecorder) -> ArticulationOutcomes:
     """What happened in every world since its reset."""
     summary = environment.episode_summary()
     objects, rows = environment.worlds.object_index, environment.reference_rows()
@@ -109,6 +111,7 @@ def read_outcomes(environment: Environment) -> ArticulationOutcomes:
         reference=rows,
         source=np.array(sources),
         failed=summary["failed"] > 0,
+        **quality.columns(),
         goal_angle=summary["goal_angle"],
         initial_angle=summary["start_angle"],
         final_angle=summary["final_angle"],

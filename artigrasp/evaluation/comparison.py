@@ -129,7 +129,7 @@ def compare(first: Run, second: Run) -> Comparison:
         raise UserError(f"{second.folder}: expected trials of {first.folder}, found none of them")
     experiment = EXPERIMENTS[names[0]]
     columns = {f"{experiment.success.key}_{name}": f"success_{name}" for name in CRITERIA}
-    columns |= {metric.key: metric.column for metric in experiment.metrics}
+    columns |= {metric.key: metric.column for metric in experiment.all_metrics}
     values = {name: tuple(_numbers(run, keys, column) for run in (first, second)) for name, column in columns.items()}
     objects = np.array([key[0] for key in keys])
     groups = np.unique([f"{key[0]} {key[1]}" for key in keys], return_inverse=True)[1]
@@ -157,7 +157,7 @@ def comparison_table(comparison: Comparison) -> str:
     first, second = comparison.runs
     labels = {f"{comparison.experiment.success.key}_{name}": f"{comparison.experiment.success.label} {name}"
               for name in CRITERIA}  # fmt: skip
-    labels |= {metric.key: metric.label for metric in comparison.experiment.metrics}
+    labels |= {metric.key: metric.label for metric in comparison.experiment.all_metrics}
     lines = [f"{comparison.trial_count} trials that both have; first: {first.label}; second: {second.label}."]
     if any(comparison.left_out):
         lines.append(f"Left out, since only one has them: {comparison.left_out[0]} and {comparison.left_out[1]}.")

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from artigrasp.config import SimulatorConfig
 from artigrasp.config.task import Kind
 from artigrasp.controllers.controller import Controller
+from artigrasp.evaluation.quality import area_under_curve
 from artigrasp.evaluation.statistics import Estimate, estimate_mean, estimate_rate
 from artigrasp.references.reference import ReferenceSet
 
@@ -57,6 +58,27 @@ class Outcomes:
     """Where the reference came from."""
     failed: NDArray[np.bool_]
     """Whether the physics failed; such a trial never counts as success, and its errors are those measured before."""
+    base_distance: NDArray[np.float64]
+    """Mean distance of the base's vertices from where the target has them, at the end (ADD) [m]."""
+    articulated_distance: NDArray[np.float64]
+    """The same of the articulated part."""
+    penetration: NDArray[np.float64]
+    """Deepest overlap of a hand's collision shapes and the object's surface, mean over the episode [m]."""
+    jerk: NDArray[np.float64]
+    """Norm of the third derivative of the hands' keypoints, mean over keypoints and episode [m/s³]."""
+    contact_consistency: NDArray[np.float64]
+    """Of the links that touch the object at either of two control steps, the share that do at both, mean from the
+    first contact on."""
+
+    @property
+    def base_auc(self) -> NDArray[np.float64]:
+        """ADD-AUC of the base up to 0.1 m."""
+        return area_under_curve(self.base_distance)
+
+    @property
+    def articulated_auc(self) -> NDArray[np.float64]:
+        """ADD-AUC of the articulated part up to 0.1 m."""
+        return area_under_curve(self.articulated_distance)
 
     @property
     def groups(self) -> NDArray[np.int64]:
@@ -97,6 +119,16 @@ class Metric:
     """Name and unit in tables."""
     column: str
     """Field or property of the outcomes."""
+
+
+QUALITY_METRICS = (
+    Metric("add_auc_base", "ADD-AUC base", "base_auc"),
+    Metric("add_auc_articulated", "ADD-AUC articulated", "articulated_auc"),
+    Metric("penetration", "penetration m", "penetration"),
+    Metric("jerk", "jerk m/s³", "jerk"),
+    Metric("contact_consistency", "contact consistency", "contact_consistency"),
+)
+"""What is reported in every experiment besides its own metrics."""
 
 
 class RunTrials(Protocol):
@@ -145,7 +177,7 @@ class Experiment(Generic[O]):
     criteria: Mapping[str, Success]
     """What counts as success in each of ``CRITERIA``."""
     metrics: tuple[Metric, ...]
-    """What else is reported."""
+    """What else is reported, besides ``QUALITY_METRICS``."""
     target: Metric
     """The target that success is plotted against."""
     paper_rows: Mapping[str, Mapping[str, Mapping[str, float]]]
@@ -153,10 +185,15 @@ class Experiment(Generic[O]):
     paper_note: str
     """What the paper's rows are."""
 
+    @property
+    def all_metrics(self) -> tuple[Metric, ...]:
+        """Everything that is reported but the rate of success."""
+        return (*self.metrics, *QUALITY_METRICS)
+
     def measure(self, outcomes: O) -> dict[str, dict[str, Estimate]]:
         """Every metric in every reading, over all trials, failed ones included; intervals count references."""
         groups = outcomes.groups
-        means = {each.key: estimate_mean(getattr(outcomes, each.column), groups) for each in self.metrics}
+        means = {each.key: estimate_mean(getattr(outcomes, each.column), groups) for each in self.all_metrics}
         return {
             name: {self.success.key: estimate_rate(success(outcomes), groups), **means}
             for name, success in self.criteria.items()

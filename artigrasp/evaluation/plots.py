@@ -20,18 +20,12 @@ def plot_evaluations(evaluations: Sequence[Evaluation[Any]], target: Path) -> No
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
-    panels = [_plot_objects, _plot_targets, _plot_errors]
-    if any(each.found is not None for each in evaluations):
-        panels.append(_plot_rollouts)
-    widths = [1.0 + 0.12 * len(evaluations[0].objects), *[1.0] * (len(panels) - 1)]
-    figure, axes = pyplot.subplots(
-        1, len(panels), figsize=(4.2 * sum(widths), 3.6), width_ratios=widths, layout="constrained"
-    )
-    for plot, each in zip(panels, axes, strict=True):
+    figure, axes = pyplot.subplots(2, 2, figsize=(10, 7), layout="constrained")
+    for plot, each in zip((_plot_objects, _plot_targets, _plot_errors, _plot_rollouts), axes.flat, strict=True):
         plot(evaluations, each)
         each.grid(alpha=0.3)
         each.spines[["top", "right"]].set_visible(False)
-    handles, labels = axes[0].get_legend_handles_labels()
+    handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, frameon=False, ncols=len(labels), loc="outside upper center")
     with atomic_write(target) as path:
         figure.savefig(path, dpi=150)
@@ -47,7 +41,7 @@ def _plot_objects(evaluations: Sequence[Evaluation[Any]], axes: "Axes") -> None:
         rates = [estimate_rate(success[mask], outcomes.groups[mask]) for mask in rows]
         values = np.array([each.value for each in rates])
         ends = np.array([(each.low, each.high) for each in rates], dtype=float)
-        places = np.arange(len(names)) + 0.7 * ((number + 0.5) / len(evaluations) - 0.5)
+        places = np.arange(len(names)) + min(0.2, 0.7 / len(evaluations)) * (number - (len(evaluations) - 1) / 2)
         axes.errorbar(places, values, np.abs(ends.T - values), fmt="o", markersize=4, capsize=2, label=evaluation.label)
     axes.set_xticks(range(len(names)), names, rotation=30, ha="right")
     axes.set(ylabel=f"{evaluations[0].experiment.success.label} (paper)", ylim=(-0.03, 1.03))
@@ -78,10 +72,11 @@ def _plot_errors(evaluations: Sequence[Evaluation[Any]], axes: "Axes") -> None:
 
 
 def _plot_rollouts(evaluations: Sequence[Evaluation[Any]], axes: "Axes") -> None:
-    """Success of searches against their rollouts."""
+    """Success of searches against their rollouts; those that do not search stay where they are."""
+    most = max(each.rollout_count for each in evaluations)
     for evaluation in evaluations:
         if evaluation.found is None:
-            axes.plot([], [])  # takes the controller's colour
+            axes.plot([0, max(most, 1)], [_success(evaluation).mean()] * 2)
             continue
         success, groups = evaluation.found.success, evaluation.outcomes.groups
         rates = [estimate_rate(column, groups) for column in success.T]
@@ -89,7 +84,9 @@ def _plot_rollouts(evaluations: Sequence[Evaluation[Any]], axes: "Axes") -> None
         (line,) = axes.plot(counts, [each.value for each in rates])
         low, high = (np.array([getattr(each, end) for each in rates], dtype=float) for end in ("low", "high"))
         axes.fill_between(counts, low, high, alpha=0.2, color=line.get_color())
-    axes.set(xlabel="rollouts of the search", ylabel="success (paper)", ylim=(-0.03, 1.03))
+    axes.set(
+        xlabel="rollouts of a search", ylabel=f"{evaluations[0].experiment.success.label} (paper)", ylim=(-0.03, 1.03)
+    )
 
 
 def _success(evaluation: Evaluation[Any]) -> np.ndarray:

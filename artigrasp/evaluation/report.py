@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from artigrasp.evaluation.demonstrations import demonstrations_of, save_demonstrations
 from artigrasp.evaluation.evaluate import Evaluation
-from artigrasp.evaluation.experiment import CRITERIA
+from artigrasp.evaluation.experiment import CRITERIA, QUALITY_METRICS
 from artigrasp.evaluation.plots import plot_evaluations
 from artigrasp.evaluation.statistics import Estimate, estimate_mean
 from artigrasp.files import atomic_write
@@ -53,7 +53,7 @@ def trial_columns(evaluation: Evaluation[Any]) -> dict[str, NDArray[Any]]:
     outcomes, experiment = evaluation.outcomes, evaluation.experiment
     columns = outcomes.columns()
     columns |= {name: values for name, values in evaluation.trials.targets.items() if name not in columns}
-    columns |= {each.column: getattr(outcomes, each.column) for each in experiment.metrics}
+    columns |= {each.column: getattr(outcomes, each.column) for each in experiment.all_metrics}
     columns |= {f"success_{name}": success(outcomes) for name, success in experiment.criteria.items()}
     return columns
 
@@ -102,6 +102,7 @@ def metrics_table(evaluations: Sequence[Evaluation[Any]]) -> str:
     ]
     if first.split in experiment.paper_rows:
         lines += ["", f"The paper's rows: {experiment.paper_note}."]
+    lines += ["", _quality_table(evaluations)]
     if len(first.objects) > 1:
         lines += ["", _object_table(evaluations)]
     times = ", ".join(f"{each.label} {each.wall_time:.0f} s" for each in evaluations)
@@ -111,13 +112,24 @@ def metrics_table(evaluations: Sequence[Evaluation[Any]]) -> str:
 
 def format_estimate(estimate: Estimate) -> str:
     """The value and its interval."""
-    interval = f" [{estimate.low:.3f}, {estimate.high:.3f}]" if estimate.low is not None else ""
-    return f"{estimate.value:.3f}{interval}"
+    size = abs(estimate.value)
+    digits = 0 if size >= 10.0 else 3 if size >= 0.01 or not size else 5
+    interval = f" [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]" if estimate.low is not None else ""
+    return f"{estimate.value:.{digits}f}{interval}"
 
 
 def markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A table in Markdown."""
     return "\n".join(f"| {' | '.join(row)} |" for row in [header, ["---"] * len(header), *rows])
+
+
+def _quality_table(evaluations: Sequence[Evaluation[Any]]) -> str:
+    """What is measured in every experiment."""
+    rows = []
+    for evaluation in evaluations:
+        measured = evaluation.experiment.measure(evaluation.outcomes)["paper"]
+        rows.append([evaluation.label, *(format_estimate(measured[each.key]) for each in QUALITY_METRICS)])
+    return markdown_table(["controller", *(each.label for each in QUALITY_METRICS)], rows)
 
 
 def _object_table(evaluations: Sequence[Evaluation[Any]]) -> str:

@@ -37,7 +37,7 @@ def test_differences_are_paired(runs: tuple[Path, Path]) -> None:
     """First minus second, over all trials and per object, with intervals that count references."""
     comparison = compare(load_run(runs[0]), load_run(runs[1]))
     assert (comparison.trial_count, comparison.left_out) == (8, (0, 0))
-    assert list(comparison.overall) == ["suc_a_paper", "suc_a_released", "suc_a_strict", "aae", "sd"]
+    assert list(comparison.overall)[:5] == ["suc_a_paper", "suc_a_released", "suc_a_strict", "aae", "sd"]
     success = comparison.overall["suc_a_paper"]
     assert (success.first, success.second, success.difference.value) == (0.75, 0.0, 0.75)
     goals = np.tile([0.5, 1.0], 4)

@@ -40,8 +40,8 @@ EPISODES = {
 @pytest.fixture(scope="module", params=[False, True], ids=["plain", "flipped quaternions"])
 def outcomes(request: pytest.FixtureRequest) -> dict[str, ArticulationOutcomes]:
     """What is read from each episode; a quaternion of the other sign changes nothing."""
-    environment = play([each[0] for each in EPISODES.values()], 1.0, flip_quaternions=request.param)
-    everything = read_outcomes(environment)
+    environment, quality = play([each[0] for each in EPISODES.values()], 1.0, flip_quaternions=request.param)
+    everything = read_outcomes(environment, quality)
     rows = np.arange(len(EPISODES))
     return {name: everything.select(rows == index) for index, name in enumerate(EPISODES)}
 
