@@ -19,6 +19,8 @@ from tests.kernels.samples import mirror_poses
 
 LEFT = 1 - RIGHT
 GOAL_ANGLE = 1.0
+BEHIND = np.array([0.0, 0.2, 0.0, 0.0, 0.0, 0.0, 1.0])
+"""A second box whose lid touches the back of the first."""
 
 HAND_ARRAYS = ("joint_q", "joint_qd", "hand_base")
 OBJECT_ARRAYS = ("pose", "velocity", "hinge_q", "hinge_qd")
@@ -36,14 +38,34 @@ class Recording:
     """Whether a hand touched the object, shape [step]."""
 
 
-def lid_opening(sides: tuple[str, ...], fixed_base: bool, backend: str) -> Environment:
+@dataclass(frozen=True)
+class Setting:
+    """What an episode takes place with."""
+
+    sides: tuple[str, ...]
+    fixed_base: bool
+    has_bystander: bool = False
+    """Whether a second box stands right behind the first."""
+
+
+def lid_opening(setting: Setting, backend: str) -> Environment:
     """One world in which the hands hook their fingers under the box's lid and follow the hinge."""
+    sides = setting.sides
     references = box_references().select(indices=[0])
     if len(sides) == 2:
         references = _with_left_hand(references)
-    task = replace(get_task("right-fixed-synergy"), hands=sides, fixed_base=fixed_base)
-    worlds = trial_worlds([references], [GOAL_ANGLE])
-    return Environment(task, [references], worlds, noise=False, simulator=SimulatorConfig(backend, "cpu"))
+    task = replace(get_task("right-fixed-synergy"), hands=sides, fixed_base=setting.fixed_base)
+    environment = Environment(
+        task,
+        [references],
+        trial_worlds([references], [GOAL_ANGLE]),
+        bystanders=[references] if setting.has_bystander else [],
+        noise=False,
+        simulator=SimulatorConfig(backend, "cpu"),
+    )
+    if setting.has_bystander:
+        environment.place_bystander(1, BEHIND)
+    return environment
 
 
 def _with_left_hand(references: ReferenceSet, distance: float = 0.05) -> ReferenceSet:
@@ -110,7 +132,7 @@ def record(environment: Environment) -> tuple[Recording, NDArray[np.float64]]:
 def state_arrays(state: SimulationState) -> dict[str, wp.array]:
     """The arrays that a simulation is started from."""
     hands = {name: getattr(state.hands, name) for name in HAND_ARRAYS}
-    return hands | {name: getattr(state.objects, name) for name in OBJECT_ARRAYS}
+    return hands | {name: getattr(state.slots, name) for name in OBJECT_ARRAYS}
 
 
 def replay(
@@ -123,6 +145,7 @@ def replay(
     """
     for name, array in state_arrays(simulation.state).items():
         array.assign(recording.state[name][starts])
+    simulation.state.read_focus()
     simulation.write_state(wp.full(len(starts), 1, dtype=int, device=simulation.device))
     for step in range(step_count):
         substep = dict.fromkeys((rows.start for rows in simulation.torque_rows), 0)

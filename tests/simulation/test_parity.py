@@ -4,8 +4,9 @@ A contact-rich episode diverges in the end from any difference, so it is compare
 from the same recorded states, every tenth control step of the episode, and repeat the recorded torques for ten steps.
 They differ by rounding, for MuJoCo Warp computes in single precision, and by contacts that are there for one of them
 and, by rounding, not yet for the other: such a part falls freely for a substep or two. Most pieces know no such moment
-and must agree to rounding; all of them must agree to what free fall during one control step explains. And as a whole:
-in closed loop, where the controller holds the worlds together, both open the lid by the same angle.
+and must agree to rounding; all of them must agree to what free fall during one control step explains. Where two objects
+touch, face on face, the bounds are wider. And as a whole: in closed loop, where the controller holds the worlds
+together, both open the lid by the same angle.
 """
 
 import numpy as np
@@ -14,10 +15,14 @@ import warp as wp
 
 from artigrasp.simulation.cpu import CpuSimulation
 from artigrasp.simulation.newton import NewtonSimulation
-from tests.simulation.episodes import GOAL_ANGLE, Recording, lid_opening, play, record, replay
+from tests.simulation.episodes import GOAL_ANGLE, Recording, Setting, lid_opening, play, record, replay
 from tests.simulation.scenes import open_scene
 
-EPISODES = {"one hand, fixed base": (("right",), True), "two hands, free base": (("left", "right"), False)}
+EPISODES = {
+    "one hand, fixed base": Setting(("right",), fixed_base=True),
+    "two hands, free base": Setting(("left", "right"), fixed_base=False),
+    "two objects that touch": Setting(("right",), fixed_base=False, has_bystander=True),
+}
 PIECE = 10
 """Control steps after which the backends start from the same state again."""
 
@@ -48,18 +53,34 @@ ONE_FREE_STEP = {
 """Largest difference in any piece [m, rad, s, N]: gravity for one control step is 0.1 m/s and 0.5 mm."""
 
 
+FACE_ON_FACE = {
+    "joint_q": 3e-4,
+    "joint_qd": 0.03,
+    "contact_force": 0.5,
+    "pose": 1e-3,
+    "velocity": 0.1,
+    "hinge_q": 3e-3,
+    "hinge_qd": 0.1,
+}
+"""Largest difference in any piece where two objects touch [m, rad, s, N], some three times what was seen.
+
+Of the patch in which two faces touch, each backend takes a few corners as contacts, and not the same ones. Half of the
+pieces agree to rounding all the same, for the objects do not touch all the time.
+"""
+
+
 @pytest.fixture(scope="module", params=EPISODES, ids=lambda name: name.replace(", ", "-").replace(" ", "-"))
-def episode(request: pytest.FixtureRequest) -> tuple[tuple[str, ...], bool, Recording, np.ndarray]:
-    """Hands, kind of base, what the CPU backend did, and its angles."""
-    sides, fixed_base = EPISODES[request.param]
-    return sides, fixed_base, *record(lid_opening(sides, fixed_base, "cpu"))
+def episode(request: pytest.FixtureRequest) -> tuple[Setting, Recording, np.ndarray]:
+    """Where it takes place, what the CPU backend did, and its angles."""
+    setting = EPISODES[request.param]
+    return setting, *record(lid_opening(setting, "cpu"))
 
 
-def test_pieces_of_an_episode_agree(episode: tuple[tuple[str, ...], bool, Recording, np.ndarray]) -> None:
+def test_pieces_of_an_episode_agree(episode: tuple[Setting, Recording, np.ndarray]) -> None:
     """From the same states with the same torques: joints, poses, velocities and contact forces."""
-    sides, fixed_base, recording, _ = episode
+    setting, recording, _ = episode
     assert recording.touched.sum() > 200, "the episode should be rich in contact"
-    scene = open_scene(fixed_base, sides)
+    scene = lid_opening(setting, "cpu").simulation.scenes[0]
     starts = np.arange(0, len(recording.torque), PIECE)
     # torques come from the host, which no replay of recorded kernels would ask again
     newton = NewtonSimulation([scene], [len(starts)], capture=False)
@@ -71,16 +92,19 @@ def test_pieces_of_an_episode_agree(episode: tuple[tuple[str, ...], bool, Record
             error = np.abs(found[name] - expected[name]).reshape(len(starts), -1).max(axis=1)
             np.maximum(largest, error, out=largest)
     for name, largest in difference.items():
-        assert np.quantile(largest, 0.9) < ROUNDING[name], name
-        assert largest.max() < ONE_FREE_STEP[name], name
+        if setting.has_bystander:
+            assert largest.max() < FACE_ON_FACE[name], name
+        else:
+            assert np.quantile(largest, 0.9) < ROUNDING[name], name
+            assert largest.max() < ONE_FREE_STEP[name], name
     for simulation in (cpu, newton):
         assert not (simulation.state.diverged.numpy().any() or simulation.state.overflow_count.numpy().any())
 
 
-def test_a_closed_loop_opens_the_lid_alike(episode: tuple[tuple[str, ...], bool, Recording, np.ndarray]) -> None:
+def test_a_closed_loop_opens_the_lid_alike(episode: tuple[Setting, Recording, np.ndarray]) -> None:
     """Over 300 control steps the angles stay together to 0.01 rad, a thirtieth of what counts as opened."""
-    sides, fixed_base, _, cpu_angle = episode
-    environment = lid_opening(sides, fixed_base, "mjwarp")
+    setting, _, cpu_angle = episode
+    environment = lid_opening(setting, "mjwarp")
     angle = play(environment)
     assert cpu_angle[-1] == pytest.approx(GOAL_ANGLE, abs=0.1)
     assert np.abs(angle - cpu_angle).max() < 0.01
