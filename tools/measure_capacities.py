@@ -111,12 +111,12 @@ def newton_counts(simulation: NewtonSimulation, sample: Sample) -> tuple[int, in
         for name, values in sample.state.items():
             if hasattr(group, name):
                 getattr(group, name).assign(values)
-    simulation.overflow_count.zero_()
+    simulation.state.overflow_count.zero_()
     simulation.write_state(wp.full(1, 1, dtype=int, device="cpu"))
     simulation.step(lambda rows: None)
     data = simulation._solver.mjw_data
     counts = (int(array.numpy()[0]) for array in (data.ncollision, data.nacon, data.nefc))
-    return *counts, bool(simulation.overflow_count.numpy()[0])
+    return *counts, bool(simulation.state.overflow_count.numpy()[0])
 
 
 def main() -> None:

@@ -29,10 +29,14 @@ from artigrasp.simulation.scene import (
 from artigrasp.simulation.state import OnWorlds, allocate_state, launch_nothing
 
 CONTACT_CAPACITY = 128
-"""Contacts per world for which there is room; all worlds share the room. Two hands on a free object reach 106."""
+"""Contacts per world and object for which there is room; all worlds share the room.
+
+Of ARCTIC's objects in two hands, the laptop reaches most: 94, and 283 constraint rows (`tools/measure_capacities.py`,
+the whole table is in ``docs/physics.md``). Pairs of shapes that might touch take as much room, and are fewer.
+"""
 
 CONSTRAINT_CAPACITY = 400
-"""Constraint rows of each world: three per contact, limit and friction of the hinge."""
+"""Constraint rows of each world per object: three per contact, limit and friction of the hinge."""
 
 _OVERFLOW = mujoco_warp.OverflowType
 _CAPACITY_OVERFLOW = int(
@@ -73,8 +77,8 @@ class NewtonSimulation:
             scenes: Scenes that differ in nothing but their objects.
             world_counts: Worlds of each scene.
             device: Warp device, such as ``cpu`` or ``cuda:0``.
-            contact_capacity: Contacts per world, on average over the worlds.
-            constraint_capacity: Constraint rows of each world.
+            contact_capacity: Contacts per world and object, on average over the worlds.
+            constraint_capacity: Constraint rows of each world per object.
             capture: Whether to replay control steps as a graph.
 
         Raises:
@@ -92,21 +96,21 @@ class NewtonSimulation:
         self._model = build_newton_worlds(scenes, world_counts, device)
         self._layout = _newton_layout(self._model, scenes[0])
         _move_hands_away(self._model, self._layout)
+        object_count = len(scenes[0].objects)
+        contacts, rows = contact_capacity * object_count, constraint_capacity * object_count
         with wp.ScopedDevice(device):
-            self._solver = make_newton_solver(
-                scenes[0], self._model, nconmax=contact_capacity, njmax=constraint_capacity
-            )
+            self._solver = make_newton_solver(scenes[0], self._model, nconmax=contacts, njmax=rows)
         # it would print; overflows are counted instead
         self._solver.mjw_model.opt.warn_overflow = 0
         allocated = (self._solver.mjw_data.naconmax, self._solver.mjw_data.njmax)
-        if allocated != (contact_capacity * self.world_count, constraint_capacity):
+        if allocated != (contacts * self.world_count, rows):
             raise ValueError(f"an object by itself needs room for {allocated[0]} contacts and {allocated[1]} rows")
         self._state, self._control = self._model.state(), self._model.control()
         self._contacts = newton.Contacts(self._solver.get_max_contact_count(), 0, device=device)
         kinds = SolverMuJoCo.ObservableKind
         self._observables = self._solver.observables({kinds.CONTACT_F, kinds.OVERFLOW}, contacts=self._contacts)
 
-        self.state = allocate_state(self.world_count, self.hand_count, len(scenes[0].objects), device)
+        self.state = allocate_state(self.world_count, self.hand_count, object_count, device)
         self.joint_torque = wp.zeros_like(self.state.hands.joint_q)
         # the last entry stands for what belongs to no world
         self._world_flag = wp.zeros(self.world_count + 1, dtype=wp.bool, device=device)
