@@ -114,12 +114,13 @@ def evaluate(
     trials = experiment.draw_trials(chosen, seed)
     if per_object is not None:
         trials = trials.spread(per_object)
+    settings = protocol_settings(controller, chosen, simulator)
     parallel = controller.parallel_count if isinstance(controller, Planner) else 1
     size = max(1, world_count // parallel)
     chunks = [slice(start, min(start + size, len(trials))) for start in range(0, len(trials), size)]
     paths = [None] * len(chunks)
     if chunk_folder is not None:
-        key = _fingerprint(controller, chosen, experiment, trials, seed, policy)
+        key = _fingerprint(settings, controller, chosen, experiment, trials, seed, policy)
         paths = [chunk_folder / f"{key}-{rows.start:06d}-{rows.stop:06d}.npz" for rows in chunks]
 
     def run(rows: slice) -> dict[str, NDArray[Any]]:
@@ -161,7 +162,7 @@ def evaluate(
         objects=tuple(each.object for each in chosen),
         split=split,
         seed=seed,
-        settings=protocol_settings(controller, chosen),
+        settings=settings,
         trials=trials,
         wall_time=float(joined.pop("wall_time").sum()),
         outcomes=experiment.outcomes(**joined),
@@ -169,7 +170,9 @@ def evaluate(
     )
 
 
-def protocol_settings(controller: Controller, references: Sequence[ReferenceSet]) -> dict[str, object]:
+def protocol_settings(
+    controller: Controller, references: Sequence[ReferenceSet], simulator: SimulatorConfig
+) -> dict[str, object]:
     """What the numbers depend on besides the controller: the scene, its physics and package versions."""
     task = controller.task
     return {
@@ -177,12 +180,14 @@ def protocol_settings(controller: Controller, references: Sequence[ReferenceSet]
         "hands": list(task.hands),
         "base": "fixed" if task.fixed_base else "free",
         "episode_steps": task.episode_steps,
+        "backend": simulator.backend,
         **to_dict(task.physics),
         **{name: importlib.metadata.version(name) for name in ("newton", "mujoco", "warp-lang")},
     }
 
 
 def _fingerprint(
+    settings: Mapping[str, object],
     controller: Controller,
     references: Sequence[ReferenceSet],
     experiment: Experiment[O],
@@ -196,7 +201,7 @@ def _fingerprint(
         "outcomes": [each.name for each in dataclasses.fields(experiment.outcomes)],
         "task": to_dict(controller.task),
         "controller": controller.name,
-        "settings": protocol_settings(controller, references),
+        "settings": settings,
         "artigrasp": importlib.metadata.version("artigrasp"),
         "seed": seed,
     }

@@ -38,6 +38,21 @@ def test_a_run_and_its_continuation(work: Path, capsys: pytest.CaptureFixture[st
     assert [row.split(",")[0] for row in rows] == ["iteration", "1", "2", "3"]
 
 
+def test_mujoco_warp_trains_and_is_measured(work: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The other backend takes the same ways, and what it did is on record."""
+    where = ("--backend", "mjwarp", "--device", "cpu")
+    result = train(capsys, "--worlds", "4", *where)
+    described = json.loads((Path(result["folder"]) / "run.json").read_text())
+    assert (described["backend"], described["device"]) == ("mjwarp", "cpu")
+    assert (result["iterations"], result["control_steps"]) == (2, 2 * 20 * 4) and 0.0 <= result["success"] <= 1.0
+
+    words = ["evaluate", "articulation", "--policy", result["policy"], *where, "--json"]
+    assert main(words) == 0
+    assert json.loads(capsys.readouterr().out)["settings"]["backend"] == "mjwarp"
+    assert main(["generate", "--policy", result["policy"], "--reference", "0", *where, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["metrics"]["failed"] == 0.0
+
+
 def test_people_are_told_where_the_policy_is(work: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Results on standard output, what goes on on standard error."""
     assert main(["train", "quick", "--iterations", "1", "--out", "mine"]) == 0
