@@ -61,7 +61,7 @@ class CrossEntropy:
     @property
     def rollouts_left(self) -> int:
         """Candidates that may still be proposed for every problem."""
-        return self.settings.rollouts - self.candidates.shape[1]
+        return self.settings.rollouts - int(self.candidates.shape[1])
 
     def propose(self) -> NDArray[np.float64]:
         """Draw the next candidates, shape [problem, candidate, number]."""

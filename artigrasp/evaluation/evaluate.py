@@ -118,7 +118,7 @@ def evaluate(
     parallel = controller.parallel_count if isinstance(controller, Planner) else 1
     size = max(1, world_count // parallel)
     chunks = [slice(start, min(start + size, len(trials))) for start in range(0, len(trials), size)]
-    paths = [None] * len(chunks)
+    paths: list[Path | None] = [None] * len(chunks)
     if chunk_folder is not None:
         key = _fingerprint(settings, controller, chosen, experiment, trials, seed, policy)
         paths = [chunk_folder / f"{key}-{rows.start:06d}-{rows.stop:06d}.npz" for rows in chunks]
@@ -140,17 +140,19 @@ def evaluate(
             arrays |= {_FOUND + name: values for name, values in vars(controller.found).items()}
         return arrays
 
-    results: list[dict[str, NDArray[Any]] | None] = [None] * len(chunks)
+    measured: dict[int, dict[str, NDArray[Any]]] = {}
     for index, (rows, path) in enumerate(zip(chunks, paths, strict=True)):
         if index % shard.count == shard.rank and (path is None or not path.is_file()):
-            results[index] = run(rows)
+            measured[index] = run(rows)
             if path is not None:
-                save_arrays(path, CHUNK_FORMAT, CHUNK_VERSION, results[index])
+                save_arrays(path, CHUNK_FORMAT, CHUNK_VERSION, measured[index])
         on_trial(rows.stop, len(trials))
     for index, path in enumerate(paths):
-        while path is not None and not path.is_file():
-            time.sleep(_POLL_SECONDS)
-        results[index] = results[index] or load_arrays(path, CHUNK_FORMAT, CHUNK_VERSION)
+        if path is not None and index not in measured:
+            while not path.is_file():
+                time.sleep(_POLL_SECONDS)
+            measured[index] = load_arrays(path, CHUNK_FORMAT, CHUNK_VERSION)
+    results = [measured[index] for index in range(len(chunks))]
     joined = {name: np.concatenate([each[name] for each in results]) for name in results[0]}
     found = {name.removeprefix(_FOUND): joined.pop(name) for name in list(joined) if name.startswith(_FOUND)}
     return Evaluation(

@@ -94,13 +94,14 @@ def run_trials(
         DRAW_GOAL,
         target_offset=trials.targets["target_offset"],
     )
-    environment = play_sequence(
+    environment, quality = play_sequence(
         controller, sequences.GRASPING, references, worlds, seed=seed, simulator=simulator, on_step=on_step
     )
     summary, phases = environment.episode_summary(), phase_outcomes(environment)
     return GraspOutcomes(
         **played_references(environment),
         failed=summary["failed"] > 0,
+        **quality.columns(),
         target_height=trials.targets["target_offset"][:, 2],
         **{name: summary[name] for name in ("lift", "position_error", "rotation_error", "turn")},
         grasp_outcome=phases["grasp"],

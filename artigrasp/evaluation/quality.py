@@ -4,6 +4,8 @@ None of this is in the paper. Penetration is of the hands' collision shapes into
 the simulator replaces by convex pieces and lets give way a little.
 """
 
+from typing import Any
+
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
@@ -58,7 +60,7 @@ class QualityRecorder:
                 device=environment.device,
             )
 
-    def columns(self) -> dict[str, NDArray[np.float64]]:
+    def columns(self) -> dict[str, Any]:
         """The columns of `Outcomes` that tell the quality, each of shape [world]."""
         environment, sums = self._environment, self._quality
         hands = np.maximum(environment.goal.active.numpy().sum(axis=1), 1)

@@ -51,7 +51,7 @@ def metrics_dict(evaluation: Evaluation[Any]) -> dict[str, Any]:
 def trial_columns(evaluation: Evaluation[Any]) -> dict[str, NDArray[Any]]:
     """The columns of `trials.csv`: what was asked for, what happened, and what of it is reported."""
     outcomes, experiment = evaluation.outcomes, evaluation.experiment
-    columns = outcomes.columns()
+    columns: dict[str, NDArray[Any]] = outcomes.columns()
     columns |= {name: values for name, values in evaluation.trials.targets.items() if name not in columns}
     columns |= {each.column: getattr(outcomes, each.column) for each in experiment.all_metrics}
     columns |= {f"success_{name}": success(outcomes) for name, success in experiment.criteria.items()}

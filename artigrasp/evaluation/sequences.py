@@ -13,6 +13,7 @@ from artigrasp.controllers.skills import with_skills
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.worlds import WorldPlan
 from artigrasp.evaluation.experiment import Trials
+from artigrasp.evaluation.quality import QualityRecorder
 from artigrasp.kernels.phases import OUTCOMES
 from artigrasp.references.reference import ReferenceSet
 
@@ -33,7 +34,7 @@ def play_sequence(
     simulator: SimulatorConfig,
     on_step: Callable[[int, int], None],
     retry_count: int = 0,
-) -> Environment:
+) -> tuple[Environment, QualityRecorder]:
     """Play a sequence once in every world, without noise.
 
     Args:
@@ -47,7 +48,7 @@ def play_sequence(
         retry_count: How often an episode may go back after a failed phase.
 
     Returns:
-        The environment as it is at the end.
+        The environment as it is at the end, and the quality of the motions.
     """
     environment = Environment(
         controller.task,
@@ -59,15 +60,16 @@ def play_sequence(
         noise=False,
         simulator=simulator,
     )
+    quality = QualityRecorder(environment)
     planned = controller.rollout_count * environment.episode_steps
     total = planned + environment.episode_steps
-    run_episode(
-        environment,
-        controller,
-        on_step=lambda step: on_step(planned + step, total),
-        on_plan=lambda done, _: on_step(done, total),
-    )
-    return environment
+
+    def record(step: int) -> None:
+        quality.record(step)
+        on_step(planned + step, total)
+
+    run_episode(environment, controller, record, on_plan=lambda done, _: on_step(done, total))
+    return environment, quality
 
 
 def phase_outcomes(environment: Environment) -> dict[str, NDArray[np.str_]]:

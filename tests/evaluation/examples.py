@@ -11,6 +11,15 @@ from artigrasp.evaluation.experiment import Trials
 
 TASK = TaskConfig("right-fixed", "made by hand")
 
+QUALITY = {
+    "base_distance": 0.01,
+    "articulated_distance": 0.04,
+    "penetration": 0.002,
+    "jerk": 20.0,
+    "contact_consistency": 0.8,
+}
+"""The columns of all outcomes that tell a motion's quality."""
+
 
 def outcomes_of(count: int = 1, **columns: Any) -> ArticulationOutcomes:
     """Trials that succeed by every criterion, except for the given columns: one value for all, or one per trial."""
@@ -19,11 +28,7 @@ def outcomes_of(count: int = 1, **columns: Any) -> ArticulationOutcomes:
         "reference": np.arange(count),
         "source": "made by hand",
         "failed": False,
-        "base_distance": 0.01,
-        "articulated_distance": 0.04,
-        "penetration": 0.002,
-        "jerk": 20.0,
-        "contact_consistency": 0.8,
+        **QUALITY,
         "goal_angle": 1.0,
         "initial_angle": 0.0,
         "final_angle": 0.9,

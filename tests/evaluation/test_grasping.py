@@ -12,6 +12,7 @@ from artigrasp.evaluation.evaluate import evaluate
 from artigrasp.evaluation.grasping import GRASPING, GraspOutcomes, draw_targets
 from artigrasp.references.reference import ReferenceSet
 from artigrasp.tasks import get_task
+from tests.evaluation.examples import QUALITY
 from tests.example_references import box_references
 
 
@@ -26,6 +27,7 @@ def outcomes_of(count: int, **columns: Any) -> GraspOutcomes:
     fields: dict[str, Any] = {
         "object": "box", "reference": 0, "source": "made by hand", "failed": False, "target_height": 0.3, "lift": 0.29,
         "position_error": 0.01, "rotation_error": 0.1, "turn": 0.3, "grasp_outcome": "done", "carry_outcome": "done",
+        **QUALITY,
     }  # fmt: skip
     return GraspOutcomes(**{name: np.resize(value, count) for name, value in (fields | columns).items()})
 
