@@ -94,7 +94,7 @@ class NewtonSimulation:
         self.torque_rows = (slice(0, self.world_count),)
         self._timestep = scenes[0].physics.timestep
         self._model = build_newton_worlds(scenes, world_counts, device)
-        self._layout = _newton_layout(self._model, scenes[0])
+        self._layout = newton_layout(self._model, scenes[0])
         _move_hands_away(self._model, self._layout)
         object_count = len(scenes[0].objects)
         contacts, rows = contact_capacity * object_count, constraint_capacity * object_count
@@ -225,7 +225,7 @@ class NewtonSimulation:
         wp.launch(kernel, dim, inputs=inputs, outputs=outputs, device=self.device)
 
 
-def _newton_layout(model: newton.Model, scene: Scene) -> newton_state.NewtonLayout:
+def newton_layout(model: newton.Model, scene: Scene) -> newton_state.NewtonLayout:
     """Find the scene's quantities in a model's first world; the other worlds follow at the same distance."""
     worlds = model.world_count
     layout = newton_state.NewtonLayout()

@@ -91,19 +91,22 @@ def build_newton_model(scene: Scene) -> newton.Model:
     return model
 
 
-def build_newton_worlds(scenes: Sequence[Scene], world_counts: Sequence[int], device: str) -> newton.Model:
+def build_newton_worlds(
+    scenes: Sequence[Scene], world_counts: Sequence[int], device: str, *, requires_grad: bool = False
+) -> newton.Model:
     """Copies of every scene, world after world, in one Newton model.
 
     Args:
         scenes: Scenes that differ in nothing but their objects.
         world_counts: Worlds of each scene.
         device: Where the model's arrays are.
+        requires_grad: Whether to simulate it differentiably.
     """
     worlds = newton.ModelBuilder()
     SolverMuJoCo.register_custom_attributes(worlds)
     for scene, count in zip(scenes, world_counts, strict=True):
         worlds.replicate(_scene_builder(scene), count)
-    model = worlds.finalize(device=device)
+    model = worlds.finalize(device=device, requires_grad=requires_grad)
     _set_mujoco_attributes(model, scenes[0].physics)
     return model
 
