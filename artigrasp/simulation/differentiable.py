@@ -20,7 +20,7 @@ from artigrasp.config.checks import require_not_negative, require_positive
 from artigrasp.errors import UserError
 from artigrasp.kernels import newton_joints, states
 from artigrasp.kernels.kinematics import forward_kinematics
-from artigrasp.kernels.layout import DOF_COUNT
+from artigrasp.kernels.layout import DOF_COUNT, HANDS
 from artigrasp.kernels.torques import pd_torques
 from artigrasp.simulation.newton import newton_layout
 from artigrasp.simulation.scene import Scene, build_newton_worlds
@@ -135,7 +135,7 @@ class DifferentiableRollout:
         self._substep_q, self._substep_qd, self._torque = (
             [self._zeros(world_count, hand_count, DOF_COUNT) for _ in range(count)] for _ in range(3)
         )
-        self._lift_hands()
+        self._weigh_objects()
 
     def place(self, hand_base: NDArray[np.floating], object_pose: NDArray[np.floating]) -> None:
         """Put the hands' base frames and the objects' bases where they stay, which is no differentiable input.
@@ -152,6 +152,7 @@ class DifferentiableRollout:
 
     def run(self) -> None:
         """Simulate from the start."""
+        self._zero_gradients()
         self._tapes = []
         with self._recorded():
             self._write_start()
@@ -173,8 +174,7 @@ class DifferentiableRollout:
             gradients: What a loss changes by per change of an output, by the output: any of ``hinge_angles`` and
                 ``hinge_rates``, and of ``joint_q``, ``joint_qd``, ``link_pose`` and ``keypoint`` of ``hands``.
         """
-        for tape in self._tapes:
-            tape.zero()
+        self._zero_gradients()
         for output, gradient in gradients.items():
             output.grad.assign(gradient)
         for tape in reversed(self._tapes):
@@ -183,6 +183,11 @@ class DifferentiableRollout:
     def contact_count(self) -> int:
         """Pairs of shapes within the gap in the last substep of the last run, over all worlds."""
         return int(self._contacts[-1].rigid_contact_count.numpy()[0])
+
+    def _zero_gradients(self) -> None:
+        # A tape knows its arrays only once it has run backwards.
+        for tape in self._tapes:
+            tape.zero()
 
     @contextmanager
     def _recorded(self) -> Iterator[None]:
@@ -260,11 +265,15 @@ class DifferentiableRollout:
             changed[dofs] = value
             values.assign(changed)
 
-    def _lift_hands(self) -> None:
-        """Weightless hands, as in the other backends: their bodies carry their own weight."""
-        is_hand = np.array([label.split("/")[-2] in ("left", "right") for label in self._model.body_label])
+    def _weigh_objects(self) -> None:
+        """Weightless hands, as in the other backends: gravity is a force on the bodies of objects alone.
+
+        Newton's own gravity with a force that lifts the hands moves alike, but spoils gradients by percents.
+        """
+        self._model.gravity.zero_()
+        is_hand = np.array([label.split("/")[-2] in HANDS for label in self._model.body_label])
         force = np.zeros((self._model.body_count, 6), np.float32)
-        force[:, 2] = GRAVITY * self._model.body_mass.numpy() * is_hand
+        force[:, 2] = -GRAVITY * self._model.body_mass.numpy() * ~is_hand
         for state in self._states:
             state.body_f.assign(force)
 
