@@ -28,6 +28,7 @@ import numpy as np
 from artigrasp.assets.arctic import ArcticSource, find_source
 from artigrasp.cli.output import show, show_columns
 from artigrasp.cli.progress import progress_bar
+from artigrasp.cli.warp_start import start_warp
 from artigrasp.config import ExtractionConfig
 from artigrasp.errors import UserError
 from artigrasp.evaluation.statistics import estimate_rate
@@ -82,6 +83,7 @@ def main() -> int:
     parser.add_argument("--draws", type=int, default=600, help="of --tune")
     parser.add_argument("--seed", type=int, default=0, help="of --tune and of chance")
     options = parser.parse_args()
+    start_warp()
     config = ExtractionConfig(held_grasps=options.held_grasps)
     try:
         source = find_source(options.path)

@@ -218,6 +218,20 @@ def test_bad_recordings_are_refused(tmp_path: Path) -> None:
         write(root, tmp_path / "out")
 
 
+def test_a_single_frame_is_no_recording(tmp_path: Path) -> None:
+    """Nothing moves in it."""
+    root = example.write_recording(tmp_path, "download")
+    for path in root.glob("raw_seqs/s01/*"):
+        value = np.load(path, allow_pickle=True)
+        mano = value.dtype.hasobject
+        first = (
+            {side: {name: rows[:1] for name, rows in of.items()} for side, of in value.item().items()} if mano else None
+        )
+        save(path, first if mano else value[:1])
+    with pytest.raises(UserError, match=r"box_use_01\.object\.npy: states: expected at least 2 frames, found 1"):
+        extract(root)
+
+
 def test_reconstructions_need_their_recording(tmp_path: Path) -> None:
     """Without it nobody knows what moves; with another one, what is what."""
     root = example.write_recording(tmp_path, "release", reconstructed=True)
