@@ -7,6 +7,7 @@ from tensordict import TensorDict
 
 from artigrasp.controllers.network import OBSERVATION_GROUP
 from artigrasp.environment.environment import Environment
+from artigrasp.errors import UserError
 
 
 class HandVecEnv(VecEnv):
@@ -24,7 +25,13 @@ class HandVecEnv(VecEnv):
     """
 
     def __init__(self, environment: Environment) -> None:
-        """Wrap an environment and begin its first episodes."""
+        """Wrap an environment and begin its first episodes.
+
+        Raises:
+            UserError: The environment is on a GPU, and PyTorch cannot use it.
+        """
+        if torch.device(environment.device).type == "cuda" and not torch.cuda.is_available():
+            raise UserError(f"device: expected a PyTorch with CUDA to learn on {environment.device}, found one without")
         self.environment = environment
         self.task = self.cfg = environment.task
         self.decision_interval = self.task.action.decision_interval

@@ -24,7 +24,8 @@ def task_of(name: str = "right-fixed", **changes: Any) -> TaskConfig:
 def box_environment(task: TaskConfig, world_count: int = 6, **options: Any) -> Environment:
     """Worlds of a task on the train references of the lidded box, not reset yet."""
     references = [box_references().select(split="train")]
-    return Environment(task, references, training_worlds(references, world_count), simulator=TWO_THREADS, **options)
+    options = {"simulator": TWO_THREADS} | options
+    return Environment(task, references, training_worlds(references, world_count), **options)
 
 
 def random_actions(environment: Environment, step_count: int, seed: int = 0) -> np.ndarray:
