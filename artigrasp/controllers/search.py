@@ -14,15 +14,38 @@ from artigrasp.controllers.rollout import OnPlan, run_episode
 from artigrasp.environment.environment import Environment, action_count
 from artigrasp.kernels.actions import SYNERGY_COUNT
 
-OBJECTIVE: Mapping[str, float] = {
-    "success": 1.0,
-    "angle_error": -1.0,
-    "mean_angle_error": -0.3,
-    "max_displacement": -3.0,
-    "max_tilt": -0.5,
-    "failed": -10.0,
-}
-"""Weights of what :meth:`Environment.episode_summary` measures; for articulation, with a fixed or a free base."""
+
+@dataclass(frozen=True)
+class Objective:
+    """What a search seeks, in terms of what :meth:`Environment.episode_summary` measures."""
+
+    within: Mapping[str, tuple[float, float]]
+    """Ranges in which all of these must lie at the end for success, which counts one."""
+    weights: Mapping[str, float]
+    """What else counts."""
+    error: str
+    """What is reported of every candidate besides success."""
+
+    def success(self, summary: Mapping[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
+        """Which worlds succeed; none whose physics failed."""
+        passed = [(low < summary[name]) & (summary[name] < high) for name, (low, high) in self.within.items()]
+        return np.asarray(np.all(passed, axis=0) & (summary["failed"] == 0))
+
+    def score(self, summary: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:
+        """How good the outcome of every world is; higher is better."""
+        counted = np.sum([weight * summary[name] for name, weight in self.weights.items()], axis=0)
+        return np.asarray(self.success(summary) + counted - FAILURE_COST * summary["failed"])
+
+
+FAILURE_COST = 10.0
+"""What a world whose physics failed loses."""
+
+OPEN = Objective(
+    within={"success": (0.5, np.inf)},
+    weights={"angle_error": -1.0, "mean_angle_error": -0.3, "max_displacement": -3.0, "max_tilt": -0.5},
+    error="angle_error",
+)
+"""To open the hinge to its target while the base stays where it is; a fixed base does so anyway."""
 
 
 @dataclass(frozen=True)
@@ -33,8 +56,8 @@ class FoundOffsets:
     """The best candidate: offsets of each hand in units of their scales, order ``SYNERGIES``, [trial, hand, 12]."""
     success: NDArray[np.bool_]
     """Whether the best of the first candidates succeeds, [trial, rollout]; the first is the controller itself."""
-    angle_error: NDArray[np.float64]
-    """Its final angle error, [trial, rollout], rad."""
+    error: NDArray[np.float64]
+    """Its error by the objective, [trial, rollout]."""
 
 
 class OffsetController:
@@ -72,7 +95,7 @@ class SearchController:
         base: Controller,
         settings: CrossEntropySettings | None = None,
         *,
-        objective: Mapping[str, float] = OBJECTIVE,
+        objective: Objective = OPEN,
         seed: int = 0,
     ) -> None:
         """Prepare a search.
@@ -80,14 +103,18 @@ class SearchController:
         Args:
             base: What acts; the offsets are added to its own, if it has any.
             settings: How candidates are drawn.
-            objective: Weights of what :meth:`Environment.episode_summary` measures.
+            objective: What is sought.
             seed: Of the candidates.
         """
         self.name = "search" if base.name == "pd-ik" else f"{base.name}+search"
         self.task, self.hand = with_offsets(base.task), base.hand
-        self.settings, self.objective, self.seed = settings or CrossEntropySettings(), dict(objective), seed
+        self.settings, self.objective, self.seed = settings or CrossEntropySettings(), objective, seed
         self.found: FoundOffsets | None = None
         self._base = base
+
+    def seeking(self, objective: Objective) -> "SearchController":
+        """The same search with another objective."""
+        return SearchController(self._base, self.settings, objective=objective, seed=self.seed)
 
     @property
     def rollout_count(self) -> int:
@@ -116,7 +143,8 @@ class SearchController:
         seeds = [(self.seed, zlib.crc32(name.encode())) for name in _reference_names(environment)]
         search = CrossEntropy(seeds, hands * SYNERGY_COUNT, self.settings)
         total = self.settings.rollouts * steps
-        tried: dict[str, list[NDArray[np.float64]]] = {"success": [], "angle_error": []}
+        successes: list[NDArray[np.bool_]] = []
+        errors: list[NDArray[np.float64]] = []
         worlds = environment.repeat(self.parallel_count)
         while search.rollouts_left:
             candidates = search.propose()
@@ -130,17 +158,17 @@ class SearchController:
 
             run_episode(worlds, OffsetController(self._base, offsets), report)
             summary = {name: each.reshape(-1, count) for name, each in worlds.episode_summary().items()}
-            scores = np.sum([weight * summary[name] for name, weight in self.objective.items()], axis=0)
-            search.learn(candidates, scores)
-            for name, values in tried.items():
-                values.append(summary[name])
+            search.learn(candidates, self.objective.score(summary))
+            successes.append(self.objective.success(summary))
+            errors.append(summary[self.objective.error])
 
         best = np.stack([search.best(count + 1) for count in range(self.settings.rollouts)], axis=1)
         chosen = search.candidates[np.arange(len(best)), best[:, -1]]
-        success, angle_error = (
-            np.take_along_axis(np.concatenate(values, axis=1), best, axis=1) for values in tried.values()
+        self.found = FoundOffsets(
+            chosen.reshape(-1, hands, SYNERGY_COUNT).astype(np.float32),
+            np.take_along_axis(np.concatenate(successes, axis=1), best, axis=1),
+            np.take_along_axis(np.concatenate(errors, axis=1), best, axis=1),
         )
-        self.found = FoundOffsets(chosen.reshape(-1, hands, SYNERGY_COUNT).astype(np.float32), success > 0, angle_error)
 
 
 def with_offsets(task: TaskConfig) -> TaskConfig:

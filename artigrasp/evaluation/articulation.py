@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.rollout import run_episode
+from artigrasp.controllers.search import OPEN
 from artigrasp.environment.environment import OPENED_ANGLE, Environment
 from artigrasp.environment.worlds import planned_worlds
 from artigrasp.evaluation.experiment import Experiment, Metric, Outcomes, Trials
@@ -136,6 +137,7 @@ ARTICULATION = Experiment(
     success=Metric("suc_a", "Suc.A", ""),
     criteria={"paper": paper_success, "released": released_success, "strict": strict_success},
     metrics=(Metric("aae", "AAE rad", "angle_error"), Metric("sd", "SD m", "mean_displacement")),
+    objective=OPEN,
     target=Metric("goal_angle", "goal angle [rad]", "goal_angle"),
     paper_rows={
         "test": {

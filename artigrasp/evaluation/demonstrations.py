@@ -5,6 +5,7 @@ the start that the reference gives. ``success`` says which of them are worth imi
 """
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,8 @@ from artigrasp.evaluation.evaluate import Evaluation
 from artigrasp.kernels.actions import SYNERGY_COUNT
 
 FORMAT, VERSION = "artigrasp.demonstrations", 1
+_TARGET = "target_"
+"""What the names of the targets' arrays begin with in a file."""
 
 
 @dataclass(frozen=True)
@@ -30,14 +33,14 @@ class Demonstrations:
     object: NDArray[np.str_]
     source: NDArray[np.str_]
     """Where the reference came from, which names it among those of its object."""
-    goal_angle: NDArray[np.float64]
-    """Hinge angle to reach [rad]."""
+    targets: Mapping[str, NDArray[Any]]
+    """What was to be reached, by name, [trial, ...]."""
     offsets: NDArray[np.float32]
     """Offsets of each of the task's hands in units of their scales, order ``SYNERGIES``, [trial, hand, 12]."""
     success: NDArray[np.bool_]
-    """Whether the best of the first rollouts succeeds by the paper's criterion, [trial, rollout]."""
-    angle_error: NDArray[np.float64]
-    """Its final angle error, [trial, rollout], rad."""
+    """Whether the best of the first rollouts succeeds, [trial, rollout]."""
+    error: NDArray[np.float64]
+    """Its error by the objective of the search, [trial, rollout]: rad in articulation, m in grasping."""
 
 
 def demonstrations_of(evaluation: Evaluation[Any]) -> Demonstrations:
@@ -52,14 +55,15 @@ def demonstrations_of(evaluation: Evaluation[Any]) -> Demonstrations:
         task=evaluation.task,
         object=evaluation.outcomes.object,
         source=evaluation.outcomes.source,
-        goal_angle=evaluation.trials.targets["goal_angle"],
+        targets=evaluation.trials.targets,
         **vars(evaluation.found),
     )
 
 
 def save_demonstrations(path: Path, demonstrations: Demonstrations) -> None:
     """Write a file of demonstrations, whole or not at all."""
-    arrays = {name: values for name, values in vars(demonstrations).items() if name != "task"}
+    arrays = {name: getattr(demonstrations, name) for name in ("object", "source", "offsets", "success", "error")}
+    arrays |= {_TARGET + name: values for name, values in demonstrations.targets.items()}
     save_arrays(path, FORMAT, VERSION, {**arrays, "task": np.array(json.dumps(to_dict(demonstrations.task)))})
 
 
@@ -78,10 +82,10 @@ def load_demonstrations(path: Path) -> Demonstrations:
             task,
             object=check_array("object", arrays["object"], ("N",), np.str_, sizes),
             source=check_array("source", arrays["source"], ("N",), np.str_, sizes),
-            goal_angle=check_array("goal_angle", arrays["goal_angle"], ("N",), np.float64, sizes),
+            targets={name.removeprefix(_TARGET): values for name, values in arrays.items() if name.startswith(_TARGET)},
             offsets=check_array("offsets", arrays["offsets"], ("N", "H", SYNERGY_COUNT), np.float32, sizes),
             success=check_array("success", arrays["success"], ("N", "K"), np.bool_, sizes),
-            angle_error=check_array("angle_error", arrays["angle_error"], ("N", "K"), np.float64, sizes),
+            error=check_array("error", arrays["error"], ("N", "K"), np.float64, sizes),
         )
     except KeyError as error:
         raise UserError(f"{path}: {error.args[0]}: expected an array, found none") from None

@@ -19,6 +19,7 @@ from artigrasp.config import SimulatorConfig, TaskConfig, to_dict
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.rollout import Planner
 from artigrasp.controllers.search import FoundOffsets, SearchController
+from artigrasp.errors import UserError
 from artigrasp.evaluation.experiment import Experiment, O, Trials
 from artigrasp.references.reference import ReferenceSet
 
@@ -108,8 +109,13 @@ def evaluate(
         The measured trials of all processes. Every process waits for the others.
 
     Raises:
-        UserError: An object has no reference of the split and the experiment's kinds.
+        UserError: An object has no reference of the split and the experiment's kinds, or the controller searches
+            where the experiment has no objective.
     """
+    if isinstance(controller, SearchController):
+        if experiment.objective is None:
+            raise UserError(f"controller: expected one that does not search for {experiment.name}, found a search")
+        controller = controller.seeking(experiment.objective)
     chosen = [each.select(split=split, kind=experiment.kinds) for each in references]
     trials = experiment.draw_trials(chosen, seed)
     if per_object is not None:
@@ -208,7 +214,7 @@ def _fingerprint(
         "seed": seed,
     }
     if isinstance(controller, SearchController):
-        words["search"] = [dataclasses.asdict(controller.settings), controller.objective, controller.seed]
+        words["search"] = [repr(controller.settings), repr(controller.objective), controller.seed]
     digest = hashlib.sha256(json.dumps(words, sort_keys=True).encode())
     if policy is not None and (path := Path(policy)).is_file():
         digest.update(path.read_bytes())

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from artigrasp.config import SimulatorConfig
 from artigrasp.config.task import Kind
 from artigrasp.controllers.controller import Controller
+from artigrasp.controllers.search import Objective
 from artigrasp.evaluation.quality import area_under_curve
 from artigrasp.evaluation.statistics import Estimate, estimate_mean, estimate_rate
 from artigrasp.references.reference import ReferenceSet
@@ -184,6 +185,8 @@ class Experiment(Generic[O]):
     """The paper's numbers by split, row and key."""
     paper_note: str
     """What the paper's rows are."""
+    objective: Objective | None = None
+    """What a search seeks; without one there is no search."""
 
     @property
     def all_metrics(self) -> tuple[Metric, ...]:

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.controller import Controller
+from artigrasp.controllers.search import Objective
 from artigrasp.environment.worlds import DRAW_GOAL, planned_worlds
 from artigrasp.evaluation.experiment import Experiment, Metric, Outcomes, Trials
 from artigrasp.evaluation.sequences import object_indices, phase_outcomes, play_sequence, played_references
@@ -125,6 +126,11 @@ GRASPING = Experiment(
         Metric("pe", "PE m", "position_error"),
         Metric("ae", "AE rad", "rotation_error"),
         Metric("ae_released", "AE to start rad", "turn"),
+    ),
+    objective=Objective(
+        within={"lift": (LIFTED, np.inf)},
+        weights={"position_error": -2.0, "rotation_error": -0.5},
+        error="position_error",
     ),
     target=Metric("target_height", "height of the target [m]", "target_height"),
     paper_rows={

@@ -45,10 +45,10 @@ def test_what_is_played_is_the_best_that_was_tried(search: tuple[SearchControlle
     """A fresh episode gives what the candidate gave, which is no worse than the controller searched around."""
     controller, summary = search
     found = controller.found
-    assert found is not None and found.offsets.shape == (3, 1, 12) and found.angle_error.shape == (3, 6)
-    np.testing.assert_array_equal(summary["angle_error"], found.angle_error[:, -1])
+    assert found is not None and found.offsets.shape == (3, 1, 12) and found.error.shape == (3, 6)
+    np.testing.assert_array_equal(summary["angle_error"], found.error[:, -1])
     np.testing.assert_array_equal(summary["success"], found.success[:, -1])
-    assert (found.angle_error[:, -1] < found.angle_error[:, 0]).any()
+    assert (found.error[:, -1] < found.error[:, 0]).any()
     assert (controller.name, controller.rollout_count, controller.parallel_count) == ("search", 6, 4)
 
 
@@ -62,7 +62,7 @@ def test_the_first_candidate_is_the_controller_itself(search: tuple[SearchContro
     )
     run_episode(environment, baseline)
     assert controller.found is not None
-    np.testing.assert_array_equal(controller.found.angle_error[:, 0], environment.episode_summary()["angle_error"])
+    np.testing.assert_array_equal(controller.found.error[:, 0], environment.episode_summary()["angle_error"])
 
 
 def test_a_trial_is_searched_alike_in_any_company(search: tuple[SearchController, dict[str, np.ndarray]]) -> None:
