@@ -85,7 +85,12 @@ TRANSIT = PhaseConfig(
 """The hands go around the object to where the next reference is approached from, or wait out of the way."""
 
 ARTICULATE = PhaseConfig(
-    name="articulate", skill="articulate", reference="second", most_steps=300, action=replace(_REACH, close_end=70)
+    name="articulate",
+    skill="articulate",
+    reference="second",
+    aim="hinge",
+    most_steps=300,
+    action=replace(_REACH, close_end=70),
 )
 """One hand opens the object to its target angle."""
 
@@ -103,7 +108,7 @@ GRASP_THEN_ARTICULATE = (
 """The paper's composed task: carry the object to its target pose and open it there."""
 
 ARTICULATE_THEN_GRASP = (
-    replace(ARTICULATE, reference="first", aim="hinge"),
+    replace(ARTICULATE, reference="first"),
     replace(RELEASE, opens=True),
     replace(TRANSIT, opens=True),
     *(

@@ -25,10 +25,11 @@ class Options:
     """Measure a controller on every reference of a split.
 
     Protocols: articulation plays every reference toward .5, .75, 1, 1.25 and 1.5 rad; grasping lets every reference
-    grasp its object and take it to 30 targets in the air; images does both from references that come from images, and
-    from those of the same frames that come from motion capture; left-out articulates objects that the policy has not
-    seen. Success is counted in three ways: `paper` (the paper's text), `released` (the authors'
-    scripts) and `strict` (the base must stay where it is).
+    grasp its object and take it to 30 targets in the air; composed lets every grasp carry its object to a target on the
+    table, where every articulation opens it; images does articulation and grasping from references that come from
+    images, and from those of the same frames that come from motion capture; left-out articulates objects that the
+    policy has not seen. Success is counted in three ways: `paper` (the paper's text), `released` (the authors' scripts)
+    and `strict` (what a viewer would call success).
 
     Writes metrics.json, trials.csv (one row per trial), metrics.md and success.png; with baselines, theirs go to
     subfolders and the table and the plot compare them. A search also writes demonstrations.npz. Where a protocol has
@@ -41,7 +42,7 @@ class Options:
     """
 
     protocol: Annotated[str, tyro.conf.Positional]
-    """What is measured: articulation, grasping, images or left-out."""
+    """What is measured: articulation, grasping, composed, images or left-out."""
     controller: str = "policy"
     """What acts: policy, pd-ik, d-grasp, search (64 rollouts around pd-ik) or zero (the task's prior alone)."""
     policy: str | None = None

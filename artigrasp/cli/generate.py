@@ -1,7 +1,9 @@
 """`artigrasp generate`: one motion from a reference, a target angle and a controller."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Literal
 
 from artigrasp.cli.output import show, show_json
 from artigrasp.cli.policies import find_policy, played_task
@@ -16,24 +18,38 @@ from artigrasp.files import check_target
 class Options:
     """Simulate one motion and write it as motion.npz.
 
-    With --json: {"motion": file, "metrics": {name: value}}.
+    One hand opens an object; with --sequence, both hands also grasp it and carry it to a target pose. The motion then
+    tells what became of each phase, and why one failed.
+
+    With --json: {"motion": file, "metrics": {name: value}, "phases": {name: what became of it}}.
     """
 
     object: str = "lidded-box"
     """Object to open."""
     split: str = "test"
-    """Split of the reference."""
+    """Split of the references."""
     reference: int = 0
     """Index of the articulation reference in that split."""
     target_angle: float = 1.0
     """Hinge angle to reach [rad]."""
+    sequence: Literal["grasp-then-articulate", "articulate-then-grasp"] | None = None
+    """Phases to play: carry the object to its target and open it there, or open it and carry it; by default it is only
+    opened."""
+    grasp_reference: int = 0
+    """Index of the grasp reference in that split."""
+    target_shift: tuple[float, float, float] = (-0.08, -0.08, 0.0)
+    """From the object's start to its target, along the world's axes [m]."""
+    target_yaw: float = 0.0
+    """Turn of the target about the vertical [rad]."""
+    retries: int = 0
+    """How often a phase that failed may be tried again."""
     controller: str | None = None
     """What acts: policy, pd-ik, d-grasp, search (64 rollouts around pd-ik) or zero (the task's prior alone); by default
     the policy if there is one, else pd-ik."""
     policy: str | None = None
     """Policy of the controller "policy": a file, or a name of `artigrasp list policies`."""
     task: str | None = None
-    """Task to play: by default the policy's, without one right-fixed."""
+    """Task to play: by default the policy's, without one right-fixed, or both-free for a sequence."""
     search: int = 0
     """Rollouts of a search around what acts; the best of them is played."""
     seed: int = 0
@@ -49,12 +65,13 @@ class Options:
 def run(options: Options) -> int:
     """Generate the motion."""
     from artigrasp.assets.object import load_object
-    from artigrasp.references.reference import load_references
+    from artigrasp.references.reference import join_references, load_references
 
     policy = find_policy(options.policy) if options.policy is not None else None
-    reference = load_references(options.object).select(
-        split=options.split, kind="articulate", indices=options.reference
-    )
+    references = load_references(options.object)
+    reference = references.select(split=options.split, kind="articulate", indices=options.reference)
+    if options.sequence is not None:
+        grasp = references.select(split=options.split, kind="grasp", indices=options.grasp_reference)
     widest = load_object(options.object).hinge_upper
     if not 0 <= options.target_angle <= widest:
         expected = f"0 to {widest:.2f} rad, as far as {options.object} opens"
@@ -65,27 +82,43 @@ def run(options: Options) -> int:
     from artigrasp.controllers.library import load_controller
     from artigrasp.motion.file import save_motion
     from artigrasp.motion.generate import generate
+    from artigrasp.tasks.sequences import SEQUENCES
 
     name = options.controller or ("pd-ik" if policy is None else "policy")
-    task = played_task(options.task, policy)
+    whole: dict[str, Any] = {}
+    if options.sequence is not None:
+        first, second = (grasp, reference) if options.sequence.startswith("grasp") else (reference, grasp)
+        reference = join_references([first, second])
+        half = options.target_yaw / 2
+        offset = (*options.target_shift, 0.0, 0.0, math.sin(half), math.cos(half))
+        sequence = SEQUENCES[options.sequence]
+        whole = {"sequence": sequence, "target_offset": offset, "retry_count": options.retries}
+    task = played_task(options.task or (None if options.sequence is None or policy else "both-free"), policy)
     controller = load_controller(name, task=task, policy=policy, search=options.search, seed=options.seed)
+    total_steps = sum(each.most_steps for each in whole["sequence"]) if whole else controller.task.episode_steps
     with progress_bar("Simulating", hidden=options.json) as progress:
         motion = generate(
             controller,
             reference,
             options.target_angle,
+            **whole,
             seed=options.seed,
             simulator=options.simulator,
-            on_step=lambda step: progress("", step, controller.task.episode_steps),
+            on_step=lambda step: progress("", step, total_steps),
             on_plan=lambda done, total: progress("searching", done, total),
         )
     save_motion(options.out, motion)
+    phases = dict(line.split(": ") for line in motion.provenance.get("phases", "").splitlines())
     if options.json:
-        show_json({"motion": str(options.out), "metrics": dict(motion.metrics)})
+        show_json({"motion": str(options.out), "metrics": dict(motion.metrics), "phases": phases})
         return 0
     show(
         f"{motion.object}: opened to {motion.metrics['final_angle']:.2f} rad, target {motion.target_angle:.2f} rad, "
         f"by {controller.name} from {motion.provenance['reference']}"
     )
+    if phases:
+        distance, turn = motion.metrics["position_error"], motion.metrics["rotation_error"]
+        show(f"{100 * distance:.1f} cm and {turn:.2f} rad from its target pose")
+        show(", ".join(f"{name} {outcome}" for name, outcome in phases.items()))
     show(f"wrote {options.out}")
     return 0

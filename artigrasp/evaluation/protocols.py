@@ -5,6 +5,7 @@ from typing import Any
 
 from artigrasp.errors import unknown
 from artigrasp.evaluation.articulation import ARTICULATION
+from artigrasp.evaluation.composed import COMPOSED
 from artigrasp.evaluation.experiment import Experiment
 from artigrasp.evaluation.grasping import GRASPING
 
@@ -22,7 +23,7 @@ class Protocol:
     """Whether a policy may not have been trained on any of the objects."""
 
 
-EXPERIMENTS: dict[str, Experiment[Any]] = {each.name: each for each in (ARTICULATION, GRASPING)}
+EXPERIMENTS: dict[str, Experiment[Any]] = {each.name: each for each in (ARTICULATION, GRASPING, COMPOSED)}
 """All experiments by name."""
 
 PROTOCOLS = {
@@ -30,6 +31,9 @@ PROTOCOLS = {
     for each in (
         Protocol("articulation", "every reference toward .5, .75, 1, 1.25 and 1.5 rad", (ARTICULATION,)),
         Protocol("grasping", "every reference grasps its object and takes it to 30 targets in the air", (GRASPING,)),
+        Protocol(
+            "composed", "every grasp and articulation of an object: carry it to a target and open it", (COMPOSED,)
+        ),
         Protocol(
             "images",
             "references from images, and those of the same frames from motion capture",

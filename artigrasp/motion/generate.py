@@ -1,19 +1,21 @@
 """Generation: a controller plays one reference toward a target angle, and the motion is recorded."""
 
 import importlib.metadata
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import warp as wp
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from artigrasp.config import ActionConfig, SimulatorConfig
+from artigrasp.config import ActionConfig, PhaseConfig, SimulatorConfig
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.rollout import OnPlan, run_episode
+from artigrasp.controllers.skills import with_skills
 from artigrasp.environment.environment import Environment
-from artigrasp.environment.worlds import trial_worlds
+from artigrasp.environment.worlds import planned_worlds
+from artigrasp.kernels.phases import OUTCOMES
 from artigrasp.motion.file import Motion, MotionReference
 from artigrasp.references.reference import ReferenceSet
 
@@ -23,6 +25,9 @@ def generate(
     references: ReferenceSet,
     target_angle: float,
     *,
+    sequence: Sequence[PhaseConfig] | None = None,
+    target_offset: ArrayLike | None = None,
+    retry_count: int = 0,
     seed: int = 0,
     simulator: SimulatorConfig = SimulatorConfig(),
     on_step: Callable[[int], None] = lambda step: None,
@@ -32,8 +37,14 @@ def generate(
 
     Args:
         controller: What acts.
-        references: A set of exactly one reference, see :meth:`ReferenceSet.select`.
+        references: The reference to play, or for a sequence its first and its second, see
+            :meth:`ReferenceSet.select` and :func:`join_references`.
         target_angle: Hinge angle to reach [rad].
+        sequence: Phases of PD+IK, in which the controller acts where it has the skill; without them it plays the one
+            reference.
+        target_offset: For a sequence, from the start to the target of the object's base along the world's axes: shift
+            [m] and quaternion xyzw, shape [7]; by default it should end where it starts.
+        retry_count: How often a failed phase may be tried again.
         seed: Seed of the environment; hands start without noise.
         simulator: Backend, device and threads.
         on_step: Called with the control steps done, for progress.
@@ -42,10 +53,27 @@ def generate(
     Returns:
         One sample per control step and one for the start.
     """
-    if len(references) != 1:
-        raise ValueError(f"references: expected exactly one, found {len(references)}")
-    worlds = trial_worlds([references], [target_angle])
-    environment = Environment(controller.task, [references], worlds, seed=seed, noise=False, simulator=simulator)
+    if len(references) != (1 if sequence is None else 2):
+        expected = "exactly one" if sequence is None else "two"
+        raise ValueError(f"references: expected {expected}, found {len(references)}")
+    worlds = planned_worlds(
+        [references],
+        [0],
+        [0],
+        target_angle,
+        second_reference=[len(references) - 1],
+        target_offset=None if target_offset is None else np.reshape(target_offset, (1, 7)),
+    )
+    environment = Environment(
+        controller.task,
+        [references],
+        worlds,
+        sequence=None if sequence is None else with_skills(sequence, controller),
+        retry_count=retry_count,
+        seed=seed,
+        noise=False,
+        simulator=simulator,
+    )
     recorder = MotionRecorder(environment, world=0)
 
     def record(step: int) -> None:
@@ -110,6 +138,7 @@ class MotionRecorder:
                 "controller": controller.name,
                 "rollouts": str(controller.rollout_count),
                 "reference": str(reference.source[environment.reference_rows()[world]]),
+                **self._sequence_provenance(reference),
                 "seed": str(seed),
                 **{name: importlib.metadata.version(name) for name in ("artigrasp", "newton", "mujoco", "warp-lang")},
             },
@@ -119,6 +148,20 @@ class MotionRecorder:
     def _read(self, array: wp.array) -> NDArray[Any]:
         # a copy: on the CPU the rows would go on changing with the environment's
         return np.array(array.numpy()[self._world])
+
+    def _sequence_provenance(self, reference: ReferenceSet) -> dict[str, str]:
+        """What became of the phases, and what the first of two references was."""
+        environment = self._environment
+        if len(environment.phases) == 1:
+            return {}
+        outcomes = self._read(environment.phase_outcome)
+        named = zip(environment.phases, outcomes, strict=True)
+        first = environment.rows_in_sets(environment.worlds.first_reference)[self._world]
+        return {
+            "first reference": str(reference.source[first]),
+            "phases": "\n".join(f"{phase.name}: {OUTCOMES[code]}" for phase, code in named),
+            "retries": str(self._read(environment.phase.retry_count)),
+        }
 
     def _phase_name(self, step: int) -> str:
         if len(self._environment.phases) == 1:
