@@ -34,6 +34,8 @@ class References:
     """Width and height of a picture [px]."""
     views: int = 2
     """Pictures of each reference: 1, or 2, of which the second is from another side and nearer the hands."""
+    links: bool = False
+    """Show hands as the rigid links that collide, without skin."""
     columns: int | None = None
     """References in a row; by default such that the sheet is a little wider than high."""
     json: bool = False
@@ -69,6 +71,8 @@ class Motion:
     """Frames in a row of a contact sheet; all by default."""
     target: bool = False
     """Show a ghost of the articulated part at the target angle."""
+    links: bool = False
+    """Show hands as the rigid links that collide, without skin."""
     no_caption: bool = False
     """Leave out time, phase and hinge angle."""
     transparent: bool = False
@@ -122,6 +126,7 @@ def _render_references(options: References) -> None:
             title="  ".join(word for word in words if word),
             size=options.size,
             views=options.views,
+            links=options.links,
             columns=options.columns,
             progress=lambda done, total: progress("", done, total),
         )
@@ -146,6 +151,7 @@ def _render_motion(options: Motion) -> None:
         height=height if options.height is None else options.height,
         caption=not options.no_caption,
         target=options.target,
+        links=options.links,
         transparent=options.transparent,
         grid=options.grid,
     )

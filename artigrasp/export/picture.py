@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from artigrasp.errors import UserError
-from artigrasp.export.bodies import box_corners, hand_bodies, load_models, object_bodies, target_ghost
+from artigrasp.export.bodies import SKIN, box_corners, hand_bodies, load_models, object_bodies, target_ghost
 from artigrasp.export.camera import CameraName, film
+from artigrasp.export.hand_surface import hand_surface
 from artigrasp.export.image_file import MOVING_SUFFIXES, STILL_SUFFIXES, check_image, save_image, save_video
 from artigrasp.export.lettering import ACCENT, FAINT_INK, TRACK, Band, arrange
 from artigrasp.export.raycaster import render_surface
@@ -40,6 +41,7 @@ class Style:
         height: Of a frame with its caption [px].
         caption: Whether time, phase and hinge angle are told below.
         target: Whether a ghost shows the articulated part at the target angle.
+        links: Whether hands are shown as the rigid links that collide, without skin.
         transparent: Whether the background is left out.
         grid: A pixel is the mean of ``grid`` by ``grid`` samples.
     """
@@ -49,6 +51,7 @@ class Style:
     height: int = 480
     caption: bool = True
     target: bool = False
+    links: bool = False
     transparent: bool = False
     grid: int = 2
 
@@ -83,10 +86,13 @@ class MotionPictures:
     def __init__(self, motion: Motion, samples: NDArray[np.integer], style: Style) -> None:
         self._motion, self._samples, self._style = motion, samples, style
         hands, object = load_models(motion)
-        self._links = [body for hand in hand_bodies(motion, hands) for body in hand]
+        bodies = hand_bodies(motion, hands)
+        self._hands = [hand_surface(hand, rigid=style.links) for hand in hands]
+        self._link_poses = [np.stack([link.poses for link in hand], axis=1) for hand in bodies]
         self._parts = object_bodies(motion, object)
         self._ghost = target_ghost(motion, object) if style.target else None
-        links, parts = (box_corners(bodies, samples) for bodies in (self._links, self._parts))
+        links = box_corners([link for hand in bodies for link in hand], samples)
+        parts = box_corners(self._parts, samples)
         ghosts = [] if self._ghost is None else [box_corners([self._ghost], samples)]
         self.views = film(
             style.camera,
@@ -99,15 +105,17 @@ class MotionPictures:
     def render(self, index: int) -> Image:
         """Render one of the samples: sRGB, shape ``[height, width, 3]``, or 4 with the opacity if it is transparent."""
         sample, style = self._samples[index], self._style
-        bodies = [*self._links, *self._parts]
-        force = np.linalg.norm(self._motion.contact_force[sample].sum(axis=-2), axis=-1).ravel()
-        blush = np.append(1 - 0.5 ** (force / BLUSH_FORCE), np.zeros(len(self._parts)))
+        force = np.linalg.norm(self._motion.contact_force[sample].sum(axis=-2), axis=-1)[..., None]
+        blush = 0.5 ** (force / BLUSH_FORCE)
         colours = [
-            np.broadcast_to((1 - share) * np.array(body.colour) + share * BLUSH, body.surface.faces.shape)
-            for body, share in zip(bodies, blush, strict=True)
+            hand.of_faces(share * np.array(SKIN) + (1 - share) * BLUSH)
+            for hand, share in zip(self._hands, blush, strict=True)
         ]
+        colours += [np.broadcast_to(part.colour, part.surface.faces.shape) for part in self._parts]
+        surfaces = [hand.posed(poses[sample]) for hand, poses in zip(self._hands, self._link_poses, strict=True)]
+        surfaces += [place(part.surface, part.poses[sample]) for part in self._parts]
         image = render_surface(
-            join([place(body.surface, body.poses[sample]) for body in bodies]),
+            join(surfaces),
             np.concatenate(colours),
             self.views[index],
             width=style.width,

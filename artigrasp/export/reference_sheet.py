@@ -11,12 +11,13 @@ from artigrasp.assets.object import load_object
 from artigrasp.errors import UserError
 from artigrasp.export.bodies import SKIN
 from artigrasp.export.camera import look_at
+from artigrasp.export.hand_surface import hand_surface
 from artigrasp.export.image_file import STILL_SUFFIXES, check_image, save_image
 from artigrasp.export.lettering import FAINT_INK, INK, Band, Rgb, arrange
 from artigrasp.export.raycaster import render_surface, to_srgb
-from artigrasp.export.surface import Surface, join, link_surface, mesh_surface, place
+from artigrasp.export.surface import Surface, join, mesh_surface, place
 from artigrasp.export.viewpoint import telling_directions
-from artigrasp.kernels.layout import HANDS, LINK_COUNT, PARTS
+from artigrasp.kernels.layout import HANDS
 from artigrasp.motion.kinematics import posed_references
 from artigrasp.references.reference import ReferenceSet
 
@@ -42,15 +43,16 @@ class ReferencePictures:
         references: The references.
         size: Width and height of a picture [px].
         views: Pictures of each reference: 1, of all there is, or 2, the second from another side and nearer the hands.
+        links: Whether hands are shown as the rigid links that collide, without skin.
 
     Raises:
         UserError: the references' hand or object is not among the assets.
     """
 
-    def __init__(self, references: ReferenceSet, *, size: int, views: int) -> None:
+    def __init__(self, references: ReferenceSet, *, size: int, views: int, links: bool = False) -> None:
         self._references, self._size, self._views = references, size, views
         hands, object = [load_hand(references.hand, side) for side in HANDS], load_object(references.object)
-        self._links = [[link_surface(hand, link) for link in range(LINK_COUNT)] for hand in hands]
+        self._hands = [hand_surface(hand, rigid=links) for hand in hands]
         self._parts = [mesh_surface(part.vertices, part.faces) for part in object.parts]
         self._part_colours = [part.colour for part in object.parts]
         self._link_poses, self._part_poses = posed_references(references, hands, object)
@@ -59,21 +61,20 @@ class ReferencePictures:
         """What a reference shows: a surface that rests on z = 0, the colour of each face, and how much it matters."""
         surfaces, colours, weights = [], [], []
         for hand in np.flatnonzero(self._references.active[row]):
-            for link in range(LINK_COUNT):
-                touches = self._references.contacts[row, hand, link]
-                surfaces.append(place(self._links[hand][link], self._link_poses[row, hand, link]))
-                colours.append(CONTACT if touches else SKIN)
-                weights.append(CONTACT_WEIGHT if touches else 1.0)
-        for part in range(len(PARTS)):
+            touches = self._references.contacts[row, hand].astype(float)
+            surfaces.append(self._hands[hand].posed(self._link_poses[row, hand]))
+            of_links = np.stack([1.0 - touches, touches], axis=1)
+            colours.append(self._hands[hand].of_faces(of_links @ np.array([SKIN, CONTACT])))
+            weights.append(self._hands[hand].of_faces(of_links @ np.array([1.0, CONTACT_WEIGHT])))
+        for part, colour in enumerate(self._part_colours):
             surfaces.append(place(self._parts[part], self._part_poses[row, part]))
-            colours.append(self._part_colours[part])
-            weights.append(OBJECT_WEIGHT)
-        counts = [len(surface.faces) for surface in surfaces]
+            colours.append(np.broadcast_to(colour, surfaces[-1].faces.shape))
+            weights.append(np.full(len(surfaces[-1].faces), OBJECT_WEIGHT))
         whole = join(surfaces)
         # Hands may be below the object: the floor is below them.
         lowest = np.array([0.0, 0.0, whole.vertices[:, 2].min()])
         whole = Surface(whole.vertices - lowest, whole.faces, whole.corner_normals)
-        return whole, np.repeat(np.array(colours), counts, axis=0), np.repeat(weights, counts)
+        return whole, np.concatenate(colours), np.concatenate(weights)
 
     def render(self, row: int) -> NDArray[np.uint8]:
         """Render a reference: sRGB, shape ``[size, views * size, 3]``."""
@@ -99,6 +100,7 @@ def render_references(
     title: str = "",
     size: int = 200,
     views: int = 2,
+    links: bool = False,
     columns: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> None:
@@ -114,6 +116,7 @@ def render_references(
         size: Width and height of a picture [px].
         views: Pictures of each reference: 1, of all there is from where most of the hands is seen, or 2, the second
             from another side and nearer the hands.
+        links: Whether hands are shown as the rigid links that collide, without skin.
         columns: References in a row; by default such that the sheet is about square.
         progress: Called after each reference with the number of those that are done and that of all.
 
@@ -134,7 +137,7 @@ def render_references(
     columns = min(count, columns or max(1, round(np.sqrt(count * (size + height) / width * 1.4))))
     cells = []
     for index, references in enumerate(sets):
-        pictures = ReferencePictures(references, size=size, views=views)
+        pictures = ReferencePictures(references, size=size, views=views, links=links)
         for row in range(len(references)):
             number = row if numbers is None else numbers[index][row]
             words = label(references, row, number, width, height, with_object=len(sets) > 1)

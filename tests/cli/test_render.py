@@ -11,7 +11,7 @@ from artigrasp.cli import main
 from artigrasp.motion.file import save_motion
 from tests.motion.example import example_motion
 
-SMALL = ["--width", "48", "--height", "48", "--grid", "1"]
+SMALL = ["--width", "48", "--height", "48", "--grid", "1", "--links"]
 
 
 @pytest.fixture

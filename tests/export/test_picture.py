@@ -142,7 +142,9 @@ def test_hands_are_where_kinematics_say(camera: str) -> None:
 
 def test_filmstrip_shows_the_whole_motion(tmp_path: Path) -> None:
     """The strip has its size, every frame shows something, and nothing touches the upper border."""
-    render_filmstrip(opening_motion(), tmp_path / "strip.png", frame_count=3, style=Style(width=120, height=120))
+    render_filmstrip(
+        opening_motion(), tmp_path / "strip.png", frame_count=3, style=Style(links=True, width=120, height=120)
+    )
     image = imageio.imread(tmp_path / "strip.png")
     assert image.shape == (120, 360, 3)
     assert paper_like(image[0]).all()
@@ -154,7 +156,7 @@ def test_filmstrip_shows_the_whole_motion(tmp_path: Path) -> None:
 def test_frame_and_video(tmp_path: Path) -> None:
     """A picture and a video have the size, and the video the length, that were asked for."""
     motion = opening_motion()
-    style = Style(width=80, height=60, grid=1)
+    style = Style(links=True, width=80, height=60, grid=1)
     render_frame(motion, tmp_path / "frame.png", style=style)
     assert imageio.imread(tmp_path / "frame.png").shape == (60, 80, 3)
     seen: list[tuple[int, int]] = []
@@ -169,7 +171,10 @@ def test_animations_keep_time_and_can_be_transparent(tmp_path: Path) -> None:
     """An animated WebP has clear corners and an opaque box in every frame; a GIF lasts as long as the motion."""
     motion = opening_motion()
     render_video(
-        motion, tmp_path / "a.webp", rate=4, style=Style(width=80, height=60, caption=False, transparent=True, grid=1)
+        motion,
+        tmp_path / "a.webp",
+        rate=4,
+        style=Style(links=True, width=80, height=60, caption=False, transparent=True, grid=1),
     )
     with Image.open(tmp_path / "a.webp") as animation:
         assert animation.n_frames == 5
@@ -177,7 +182,9 @@ def test_animations_keep_time_and_can_be_transparent(tmp_path: Path) -> None:
             animation.seek(frame)
             opacity = np.asarray(animation.convert("RGBA"))[..., 3]
             assert opacity[0, 0] <= 3 and opacity.max() == 255
-    render_video(motion, tmp_path / "a.gif", rate=30, style=Style(width=32, height=32, caption=False, grid=1))
+    render_video(
+        motion, tmp_path / "a.gif", rate=30, style=Style(links=True, width=32, height=32, caption=False, grid=1)
+    )
     with Image.open(tmp_path / "a.gif") as animation:
         total = 0
         for frame in range(animation.n_frames):
@@ -188,7 +195,7 @@ def test_animations_keep_time_and_can_be_transparent(tmp_path: Path) -> None:
 
 def test_strip_in_rows(tmp_path: Path) -> None:
     """Five frames in rows of two leave the last place empty: clear in a transparent strip."""
-    style = Style(width=40, height=48, caption=False, transparent=True, grid=1)
+    style = Style(links=True, width=40, height=48, caption=False, transparent=True, grid=1)
     render_filmstrip(opening_motion(), tmp_path / "strip.png", frame_count=5, columns=2, style=style)
     image = imageio.imread(tmp_path / "strip.png")
     assert image.shape == (3 * 48, 80, 4)
@@ -235,7 +242,9 @@ def test_a_video_that_breaks_off_leaves_nothing(tmp_path: Path) -> None:
     for suffix in ("mp4", "gif"):
         (tmp_path / f"a.{suffix}").write_text("older")
         with pytest.raises(KeyboardInterrupt):
-            render_video(opening_motion(), tmp_path / f"a.{suffix}", style=Style(width=32, height=32), progress=stop)
+            render_video(
+                opening_motion(), tmp_path / f"a.{suffix}", style=Style(links=True, width=32, height=32), progress=stop
+            )
         assert (tmp_path / f"a.{suffix}").read_text() == "older"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.gif", "a.mp4"]
 
