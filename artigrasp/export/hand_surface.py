@@ -1,7 +1,7 @@
 """How a hand looks: as its rigid links, or in a skin without gaps that bends with them."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import trimesh
@@ -88,8 +88,8 @@ class Skin:
 
     def of_faces(self, of_links: Array) -> Array:
         """See :meth:`HandSurface.of_faces`."""
-        of_vertices: Array = self.weights @ of_links
-        return of_vertices[self.faces].mean(axis=1)
+        found: Array = (self.weights @ of_links)[self.faces].mean(axis=1)
+        return found
 
 
 def make_skin(hand: HandModel) -> Skin:
@@ -116,7 +116,8 @@ def make_skin(hand: HandModel) -> Skin:
         upper=wp.vec3(*grid[-1, -1, -1]),
     )
     mesh = trimesh.Trimesh(corners.numpy(), indices.numpy().reshape(-1, 3))
-    trimesh.smoothing.filter_taubin(mesh, iterations=ROUNDS)
+    smooth: Any = trimesh.smoothing.filter_taubin
+    smooth(mesh, iterations=ROUNDS)
     if mesh.volume < 0:
         mesh.invert()
     vertices = np.asarray(mesh.vertices, float)

@@ -63,7 +63,7 @@ def test_only_hands_that_take_part_are_shown() -> None:
     is_red = (one[1] == CONTACT).all(axis=1)
     assert 0 < is_red.sum() < 0.5 * len(is_red)
     skinned = [ReferencePictures(references, size=32, views=1).scene(row)[1] for row in (0, 1)]
-    assert [np.isclose(colours, CONTACT, atol=0.01).all(axis=1).any() for colours in skinned] == [True, False]
+    assert [np.isclose(colours, CONTACT, atol=0.05).all(axis=1).any() for colours in skinned] == [True, False]
 
 
 def test_pictures_show_the_contacts() -> None:
