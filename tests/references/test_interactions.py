@@ -115,6 +115,27 @@ def test_opening_what_the_other_hand_holds() -> None:
     ]
 
 
+def test_a_hand_that_articulates_does_not_grasp() -> None:
+    """A base that slides while its lid is opened is pushed; a hand that holds it on its surface grasps nothing."""
+    signals = still()
+    touch_lid(signals, RIGHT, 40, 120)
+    turn(signals, 60, 100)
+    signals.base_speed[60:100] = 0.3
+    assert tasks(signals) == ["right_arti"]
+    signals.base_speed[:] = 0.0
+    hold(signals, LEFT, 40, 120)
+    assert tasks(signals, replace(CONFIG, held_grasps=True)) == ["right_arti"]
+
+
+def test_a_short_touch_of_the_other_hand_interrupts_nothing() -> None:
+    """It makes neither a grasp of both nor two of one."""
+    signals = still()
+    hold(signals, LEFT, 20, 200)
+    signals.base_speed[40:160] = 0.3
+    hold(signals, RIGHT, 90, 90 + round(CONFIG.contact_time * FRAME_RATE) - 1)
+    assert tasks(signals) == ["left_grasp"]
+
+
 def test_what_is_gripped_in_the_air_was_grasped_before() -> None:
     """A second hand that joins a carried object moves nothing off its surface."""
     signals = still()
