@@ -86,7 +86,7 @@ def measure_throughput(
     world_count: int,
     *,
     rounds: int = 3,
-    seconds: float = 0.2,
+    seconds: float = 0.15,
     split: str = "train",
     seed: int = 0,
     simulator: SimulatorConfig = SimulatorConfig(),

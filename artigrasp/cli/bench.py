@@ -46,7 +46,7 @@ class Options:
     """Numbers of worlds."""
     rounds: int = 3
     """Rounds that are measured; one more warms up."""
-    seconds: float = 0.2
+    seconds: float = 0.15
     """About how long each stage is measured in a round [s]."""
     alternatives: Literal["on", "off"] = "on"
     """Whether to measure, beside the backend cpu, what others would use."""
