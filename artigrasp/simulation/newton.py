@@ -52,8 +52,8 @@ _CAPACITY_OVERFLOW = int(
 class NewtonSimulation:
     """Worlds of one Newton model, stepped together by MuJoCo Warp.
 
-    With ``capture`` the launches of a control step are recorded in its second call and replayed from then on: a CUDA
-    graph on a GPU, a list of kernel calls without Python in between on the CPU.
+    With ``capture`` the launches of a control step are recorded in the second call with the same arguments and replayed
+    from then on: a CUDA graph on a GPU, a list of kernel calls without Python in between on the CPU.
 
     Attributes:
         state: The batched state; write into it and call :meth:`write_state` to reset worlds.
@@ -115,8 +115,7 @@ class NewtonSimulation:
         # the last entry stands for what belongs to no world
         self._world_flag = wp.zeros(self.world_count + 1, dtype=wp.bool, device=device)
         self._capture = capture
-        self._graph: wp.Graph | None = None
-        self._graph_calls: tuple[OnWorlds, ...] = ()
+        self._graphs: dict[tuple[OnWorlds, ...], wp.Graph | None] = {}
 
     def step(
         self, apply_torques: OnWorlds, begin: OnWorlds = launch_nothing, finish: OnWorlds = launch_nothing
@@ -125,16 +124,16 @@ class NewtonSimulation:
         calls = (apply_torques, begin, finish)
         if not self._capture:
             self._step(*calls)
-        elif self._graph_calls != calls:
+        elif calls not in self._graphs:
             # kernels must be loaded before they can be recorded, so the first call records nothing
-            self._graph, self._graph_calls = None, calls
+            self._graphs[calls] = None
             self._step(*calls)
         else:
-            if self._graph is None:
+            if (graph := self._graphs[calls]) is None:
                 with wp.ScopedCapture(device=self.device) as recording:
                     self._step(*calls)
-                self._graph = recording.graph
-            wp.capture_launch(self._graph)
+                self._graphs[calls] = graph = recording.graph
+            wp.capture_launch(graph)
 
     @contextlib.contextmanager
     def without_replay(self) -> Iterator[None]:
