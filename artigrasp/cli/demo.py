@@ -79,17 +79,17 @@ def run(options: Options) -> int:
     evaluations = []
     for each in (controller, pd_ik_controller(controller.task)):
         with progress_bar(f"Measuring {each.name}", hidden=options.json) as progress:
-            evaluations.append(
-                evaluate(
-                    each,
-                    [references],
-                    ARTICULATION,
-                    split="test",
-                    policy=policy.name if each is controller else None,
-                    simulator=options.simulator,
-                    on_trial=lambda done, total: progress("", int(done), total),
-                )
+            evaluation = evaluate(
+                each,
+                [references],
+                ARTICULATION,
+                split="test",
+                policy=policy.name if each is controller else None,
+                simulator=options.simulator,
+                on_trial=lambda done, total: progress("", int(done), total),
             )
+        if evaluation is not None:
+            evaluations.append(evaluation)
     write_report(evaluations, paths["evaluation"])
     if options.json:
         protocols = metrics_dict(evaluations[0])["protocols"]

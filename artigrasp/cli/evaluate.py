@@ -80,6 +80,8 @@ def run(options: Options) -> int:
     policy = find_policy(options.policy) if options.policy is not None else None
     references = [load_references(name) for name in options.objects]
     check_target(options.out / "metrics.json")
+    if options.per_object is not None and options.per_object < 1:
+        raise UserError(f"per-object: expected a positive number, found {options.per_object}")
 
     start_warp()
     from artigrasp.controllers.library import load_controller
@@ -102,10 +104,9 @@ def run(options: Options) -> int:
         if seen:
             raise UserError(f"objects: expected objects that {policy} has not seen, found {', '.join(sorted(seen))}")
     task = played_task(options.task, policy)
-    wanted = {options.controller: options.search, **dict.fromkeys(options.baselines, 0)}
+    wanted = dict.fromkeys([(options.controller, options.search), *((name, 0) for name in options.baselines)])
     controllers = [
-        load_controller(name, task=task, policy=policy, search=search, seed=options.seed)
-        for name, search in wanted.items()
+        load_controller(name, task=task, policy=policy, search=search, seed=options.seed) for name, search in wanted
     ]
     shard = Shard.from_environment()
     threads = options.simulator.threads or max(1, (os.cpu_count() or 1) // shard.count)
@@ -117,22 +118,22 @@ def run(options: Options) -> int:
         for controller in controllers:
             title = f"Measuring {controller.name}" + (f" on {split}" if len(parts) > 1 else "")
             with progress_bar(title, hidden=options.json or shard.rank > 0) as progress:
-                evaluations.append(
-                    evaluate(
-                        controller,
-                        references,
-                        experiment,
-                        split=split,
-                        seed=options.seed,
-                        per_object=options.per_object,
-                        policy=str(policy) if policy is not None and controller.name.startswith("policy") else None,
-                        world_count=options.worlds,
-                        chunk_folder=options.out / CHUNKS,
-                        shard=shard,
-                        simulator=replace(options.simulator, threads=threads),
-                        on_trial=lambda done, total: progress("", int(done), total),
-                    )
+                evaluation = evaluate(
+                    controller,
+                    references,
+                    experiment,
+                    split=split,
+                    seed=options.seed,
+                    per_object=options.per_object,
+                    policy=str(policy) if policy is not None and controller.name.startswith("policy") else None,
+                    world_count=options.worlds,
+                    chunk_folder=options.out / CHUNKS,
+                    shard=shard,
+                    simulator=replace(options.simulator, threads=threads),
+                    on_trial=lambda done, total: progress("", int(done), total),
                 )
+            if evaluation is not None:
+                evaluations.append(evaluation)
         reports.append(evaluations)
     if shard.rank > 0:
         return 0

@@ -12,6 +12,7 @@ from artigrasp.controllers.rollout import run_episode
 from artigrasp.controllers.search import OPEN
 from artigrasp.environment.environment import OPENED_ANGLE, Environment
 from artigrasp.environment.worlds import planned_worlds
+from artigrasp.errors import UserError
 from artigrasp.evaluation.experiment import Experiment, Metric, Outcomes, Trials
 from artigrasp.evaluation.quality import QualityRecorder
 from artigrasp.references.reference import ReferenceSet
@@ -154,5 +155,12 @@ ARTICULATION = Experiment(
 
 
 def toward(goal_angles: Sequence[float]) -> Experiment[ArticulationOutcomes]:
-    """The experiment with other target angles than the paper's [rad]."""
+    """The experiment with other target angles than the paper's [rad].
+
+    Raises:
+        UserError: One of them is negative or no number.
+    """
+    for angle in goal_angles:
+        if not 0.0 <= angle < np.inf:
+            raise UserError(f"goal-angles: expected angles from zero on, found {angle}")
     return replace(ARTICULATION, draw_trials=lambda references, seed: trials_toward(references, goal_angles))

@@ -84,7 +84,7 @@ def evaluate(
     shard: Shard = Shard(),
     simulator: SimulatorConfig = SimulatorConfig(),
     on_trial: Callable[[float, int], None] = lambda done, total: None,
-) -> Evaluation[O]:
+) -> Evaluation[O] | None:
     """Measure a controller on the references of a split.
 
     Hands start at their pre-grasp poses without noise, so the trials are the same for every controller; the results do
@@ -106,7 +106,7 @@ def evaluate(
         on_trial: Called with the number of trials done, in fractions too, and of all.
 
     Returns:
-        The measured trials of all processes. Every process waits for the others.
+        The measured trials of all processes, for which the first one waits; None to the others.
 
     Raises:
         UserError: An object has no reference of the split and the experiment's kinds, or the controller searches
@@ -153,6 +153,8 @@ def evaluate(
             if path is not None:
                 save_arrays(path, CHUNK_FORMAT, CHUNK_VERSION, measured[index])
         on_trial(rows.stop, len(trials))
+    if shard.rank > 0:
+        return None
     for index, path in enumerate(paths):
         if path is not None and index not in measured:
             while not path.is_file():

@@ -7,6 +7,9 @@ import pytest
 
 from artigrasp.cli import main
 from artigrasp.controllers.policy_file import save_policy
+from artigrasp.evaluation.articulation import ARTICULATION
+from artigrasp.evaluation.demonstrations import load_demonstrations
+from artigrasp.evaluation.protocols import PROTOCOLS, Protocol
 from artigrasp.motion.file import load_motion
 from artigrasp.tasks import get_task
 from tests.controllers.examples import example_policy
@@ -34,7 +37,7 @@ def test_a_policy_is_measured_beside_baselines(work: Path, policy: Path, capsys:
         baseline = json.loads((work / "measured" / name / "metrics.json").read_text())
         assert (baseline["task"], baseline["controller"], baseline["policy"]) == ("quick", name, None)
     table = (work / "measured" / "metrics.md").read_text()
-    assert [table.count(f"\n| {name} |") for name in ("policy", "pd-ik", "zero")] == [1, 1, 1]
+    assert [table.count(f"\n| {name} |") for name in ("policy", "pd-ik", "zero")] == [2, 2, 2], "two tables"
 
 
 def test_a_baseline_needs_no_policy(work: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -64,3 +67,61 @@ def test_a_policy_that_is_named_acts(work: Path, policy: Path, capsys: pytest.Ca
         assert f" by {name} from made by hand 3\nwrote new/motion.npz\n" in capsys.readouterr().out
         provenance = load_motion(work / "new" / "motion.npz").provenance
         assert (provenance["controller"], provenance["task"]) == (name, "quick")
+
+
+def test_a_search_has_a_row_of_its_own(work: Path, policy: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Beside what it searches around; it says how many rollouts it had and leaves what it found."""
+    words = ["evaluate", "articulation", "--policy", str(policy), "--search", "3", "--baselines", "policy", "search"]
+    assert main([*words, "--per-object", "2", "--worlds", "6", "--out", "searched"]) == 0
+    table = capsys.readouterr().out
+    labels = ("policy+search, 3 rollouts", "policy", "search, 64 rollouts")
+    assert [table.count(f"\n| {label} |") for label in labels] == [2, 2, 2], "two tables"
+    folder = work / "searched"
+    metrics = json.loads((folder / "metrics.json").read_text())
+    assert (metrics["controller"], metrics["rollouts"], metrics["trials"]) == ("policy+search", 3, 2)
+    assert load_demonstrations(folder / "demonstrations.npz").success.shape == (2, 3)
+    assert json.loads((folder / "policy" / "metrics.json").read_text())["rollouts"] == 0
+    assert not (folder / "chunks").exists()
+    assert main(["compare", str(folder), str(folder / "policy"), "--json"]) == 0
+    compared = json.loads(capsys.readouterr().out)
+    assert (compared["experiment"], compared["trials"], compared["left_out"]) == ("articulation", 2, [0, 0])
+    assert main(["compare", str(folder), str(folder / "search")]) == 0
+    assert "| Suc.A paper |" in capsys.readouterr().out
+
+
+def test_a_search_generates(work: Path) -> None:
+    """The motion says how it came about."""
+    assert main(["generate", *QUICK, "--controller", "search", "--search", "2"]) == 0
+    provenance = load_motion(work / "motion.npz").provenance
+    assert (provenance["controller"], provenance["rollouts"]) == ("search", "2")
+
+
+def test_splits_have_folders_of_their_own(work: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A protocol of two splits."""
+    monkeypatch.setitem(PROTOCOLS, "both", Protocol("both", "for tests", (ARTICULATION,), splits=("train", "test")))
+    assert main(["evaluate", "both", "--controller", "zero", *QUICK, "--goal-angles", "0.5", "1"]) == 0
+    for split, trials in (("train", 6), ("test", 4)):
+        metrics = json.loads((work / "evaluation" / f"articulation-{split}" / "metrics.json").read_text())
+        assert (metrics["split"], metrics["trials"]) == (split, trials)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (
+            ["left-out", "--policy", "trained/opener.pt"],
+            "objects: expected objects that trained/opener.pt has not seen",
+        ),
+        (["images", "--controller", "zero"], "found none; there are"),
+        (["juggling", "--controller", "zero"], "unknown protocol 'juggling'"),
+        (["articulation", "--controller", "zero", "--goal-angles", "-1"], "goal-angles: expected angles from zero on"),
+        (["articulation", "--controller", "search", "--search", "-1"], "rollouts: expected a positive number"),
+        (["articulation", "--controller", "zero", "--per-object", "0"], "per-object: expected a positive number"),
+    ],
+)
+def test_what_cannot_be_measured(
+    words: list[str], message: str, work: Path, policy: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One line names it, and nothing is written."""
+    assert main(["evaluate", *words]) == 2
+    assert message in capsys.readouterr().err and not (work / "evaluation").exists()

@@ -31,7 +31,9 @@ def references() -> list[ReferenceSet]:
 
 def measured(controller: Controller, references: list[ReferenceSet], **options: Any) -> Evaluation[Any]:
     """Evaluate on two threads."""
-    return evaluate(controller, references, ARTICULATION, simulator=SimulatorConfig(threads=2), **options)
+    evaluation = evaluate(controller, references, ARTICULATION, simulator=SimulatorConfig(threads=2), **options)
+    assert evaluation is not None
+    return evaluation
 
 
 def test_the_goals_are_the_papers() -> None:
