@@ -39,11 +39,12 @@ OPENED_ANGLE = 0.3
 
 @dataclass(frozen=True)
 class ControlStep:
-    """What some worlds need in a control step besides the physics: at its beginning, in every substep, at its end."""
+    """What some worlds need besides the physics: at a control step's beginning, in every substep, at its end, after."""
 
     begin: tuple[wp.Launch, ...]
     apply_torques: wp.Launch
     finish: tuple[wp.Launch, ...]
+    observe: wp.Launch
 
 
 @dataclass(frozen=True)
@@ -262,7 +263,7 @@ class Environment:
 
     def observe(self) -> wp.array:
         """Compute and return ``features`` of the present state."""
-        self._compute_features.launch()
+        self.simulation.launch(self._observe_worlds)
         return self.features
 
     def episode_summary(self) -> dict[str, NDArray[np.float64]]:
@@ -368,7 +369,7 @@ class Environment:
     def _record_kernels(self) -> None:
         """The launches whose arguments stay the same: packing them anew would take longer than most of them."""
         every_hand = (self.world_count, self.hand_count)
-        hands, objects, object_model = self.state.hands, self.state.objects, self._bystanders.object_model
+        hands, objects = self.state.hands, self.state.objects
         self._control_steps = {
             rows.start: self._record_control_step(block, rows) for block, rows in enumerate(self.simulation.torque_rows)
         }
@@ -381,11 +382,6 @@ class Environment:
             ],
         )  # fmt: skip
         self._forward_kinematics = self._record(kinematics.forward_kinematics, every_hand, [hands, self._hand_model])
-        self._compute_features = self._record(
-            features.compute_features,
-            every_hand,
-            [hands, objects, object_model, self.goal, int(self.task.include_hinge_features), self.features],
-        )
 
     def _record_control_step(self, block: int, rows: slice) -> ControlStep:
         """What one of the simulation's ranges of worlds needs besides the physics."""
@@ -445,7 +441,12 @@ class Environment:
             states.slice_worlds(metrics.EpisodeMetrics, self.metrics, rows), self._failure_count[block],
         ]  # fmt: skip
         measure.append(self._record(metrics.update_metrics, worlds, measured))
-        return ControlStep((*latches, set_targets), set_torques, tuple(measure))
+        observe = self._record(
+            features.compute_features,
+            every_hand,
+            [hands, objects, object_model, goal, int(self.task.include_hinge_features), self.features[rows]],
+        )
+        return ControlStep((*latches, set_targets), set_torques, tuple(measure), observe)
 
     def _begin_step(self, rows: slice) -> None:
         for kernel in self._control_steps[rows.start].begin:
@@ -458,6 +459,9 @@ class Environment:
     def _finish_step(self, rows: slice) -> None:
         for kernel in self._control_steps[rows.start].finish:
             kernel.launch()
+
+    def _observe_worlds(self, rows: slice) -> None:
+        self._control_steps[rows.start].observe.launch()
 
     def _record(self, kernel: wp.Kernel, dim: int | tuple[int, ...], arguments: list[Any]) -> wp.Launch:
         return wp.launch(kernel, dim, inputs=arguments, device=self.device, record_cmd=True)

@@ -64,6 +64,13 @@ class Simulation(Protocol):
             finish: Called after the last, when ``state`` is that after the step.
         """
 
+    def launch(self, kernels: OnWorlds) -> None:
+        """Launch kernels for every world, on the threads that step them.
+
+        Args:
+            kernels: Called with each of ``torque_rows``, from several threads at a time.
+        """
+
     def write_state(self, world_mask: wp.array) -> None:
         """Push ``state`` into the physics for the worlds whose mask (int, shape [world]) is not zero.
 

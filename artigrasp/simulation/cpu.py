@@ -1,7 +1,7 @@
 """The CPU backend: MuJoCo steps blocks of worlds on all cores."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import mujoco
@@ -88,18 +88,11 @@ class CpuSimulation:
         self, apply_torques: OnWorlds, begin: OnWorlds = launch_nothing, finish: OnWorlds = launch_nothing
     ) -> None:
         """Advance every world by one control step, see :meth:`artigrasp.simulation.backend.Simulation.step`."""
-        blocks = iter(self._blocks)
+        self._share_out(lambda block: block.step(apply_torques, begin, finish))
 
-        def step_blocks() -> None:
-            for block in blocks:
-                block.step(apply_torques, begin, finish)
-
-        helpers = [self._helpers.submit(step_blocks) for _ in range(self._helper_count)]
-        try:
-            step_blocks()
-        finally:
-            for helper in helpers:
-                helper.result()
+    def launch(self, kernels: OnWorlds) -> None:
+        """Launch kernels for every world, see :meth:`artigrasp.simulation.backend.Simulation.launch`."""
+        self._share_out(lambda block: kernels(block.rows))
 
     def write_state(self, world_mask: wp.array) -> None:
         """Push ``state`` into the physics for the worlds whose mask (int, shape [world]) is not zero."""
@@ -112,6 +105,21 @@ class CpuSimulation:
             device=self.device,
         )
         self.packed.warmstart[world_mask.numpy() != 0] = 0.0
+
+    def _share_out(self, work: Callable[[WorldBlock], None]) -> None:
+        """Let all threads work until every block has been worked on."""
+        blocks = iter(self._blocks)
+
+        def work_on_blocks() -> None:
+            for block in blocks:
+                work(block)
+
+        helpers = [self._helpers.submit(work_on_blocks) for _ in range(self._helper_count)]
+        try:
+            work_on_blocks()
+        finally:
+            for helper in helpers:
+                helper.result()
 
 
 def _state_layout(layout: ModelLayout) -> mujoco_state.StateLayout:

@@ -135,6 +135,10 @@ class NewtonSimulation:
                 self._graphs[calls] = graph = recording.graph
             wp.capture_launch(graph)
 
+    def launch(self, kernels: OnWorlds) -> None:
+        """Launch kernels for every world."""
+        kernels(*self.torque_rows)
+
     @contextlib.contextmanager
     def without_replay(self) -> Iterator[None]:
         """While this lasts, every kernel is launched by itself."""
