@@ -143,7 +143,7 @@ def run_trials(
         second_reference=second,
         target_offset=trials.targets["target_offset"],
     )
-    environment = play_sequence(
+    environment, quality = play_sequence(
         controller, GRASP_THEN_ARTICULATE, references, worlds, seed=seed, simulator=simulator, on_step=on_step
     )
     summary = environment.episode_summary()
@@ -157,6 +157,7 @@ def run_trials(
     return ComposedOutcomes(
         **played_references(environment) | {"reference": grasp},
         failed=summary["failed"] > 0,
+        **quality.columns(),
         articulation=articulation,
         articulation_source=np.array(sources),
         goal_angle=summary["goal_angle"],

@@ -3,6 +3,7 @@
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,12 +100,13 @@ def run_trials(
         controller, sequences.GRASPING, references, worlds, seed=seed, simulator=simulator, on_step=on_step
     )
     summary, phases = environment.episode_summary(), phase_outcomes(environment)
+    measured: dict[str, Any] = {name: summary[name] for name in ("lift", "position_error", "rotation_error", "turn")}
     return GraspOutcomes(
         **played_references(environment),
         failed=summary["failed"] > 0,
         **quality.columns(),
         target_height=trials.targets["target_offset"][:, 2],
-        **{name: summary[name] for name in ("lift", "position_error", "rotation_error", "turn")},
+        **measured,
         grasp_outcome=phases["grasp"],
         carry_outcome=phases["relocate"],
     )

@@ -16,6 +16,7 @@ from artigrasp.evaluation.evaluate import evaluate
 from artigrasp.references.reference import ReferenceSet, join_references
 from artigrasp.tasks import get_task
 from artigrasp.tasks.sequences import GRASP_THEN_ARTICULATE
+from tests.evaluation.examples import QUALITY
 from tests.evaluation.test_grasping import grasp_references
 from tests.example_references import box_references
 
@@ -31,6 +32,7 @@ def outcomes_of(count: int, **columns: Any) -> ComposedOutcomes:
         "object": "box", "reference": 0, "source": "a", "failed": False, "articulation": 0, "articulation_source": "b",
         "goal_angle": 0.55, "final_angle": 0.5, "position_error": 0.02, "rotation_error": 0.1,
         "least_position_error": 0.01, "least_rotation_error": 0.05, "least_angle_error": 0.0, "failed_phase": "",
+        **QUALITY,
     }  # fmt: skip
     return ComposedOutcomes(**{name: np.resize(value, count) for name, value in (fields | columns).items()})
 
