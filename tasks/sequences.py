@@ -9,7 +9,7 @@ from artigrasp.config import ActionConfig, PDGain, PDGains, PhaseConfig
 
 _REACH = ActionConfig(wrist_prior="hinge", finger_prior="reference", residual=None, approach_steps=60, close_start=30)
 
-SOFT_FINGERS = PDGains(PDGain(kp=200.0, kd=10.0), PDGain(kp=50.0, kd=0.2), PDGain(kp=10.0, kd=0.2))
+SOFT_FINGERS = PDGains(PDGain(kp=400.0, kd=20.0), PDGain(kp=50.0, kd=0.2), PDGain(kp=10.0, kd=0.2))
 """Fingers that give way while they close push the object about less."""
 STRONG_WRISTS = PDGains(PDGain(kp=1000.0, kd=45.0), PDGain(kp=50.0, kd=0.2), PDGain(kp=50.0, kd=0.2))
 """Wrists that carry; the authors' stiffness."""
@@ -37,6 +37,7 @@ RELOCATE = PhaseConfig(
         wrist_prior="transport",
         finger_prior="closed",
         residual=None,
+        squeeze=0.15,
         press=0.02,
         carry_speed=0.15,
         carry_turn_speed=0.4,
