@@ -107,7 +107,7 @@ def draw_intent(random: np.random.Generator, grip: str, edge_name: str, lid: Arr
     return Intent(
         name=f"{grip} {edge_name}",
         wrist=wrist,
-        motions=_relaxed_motions(random, tip_pitch - pitch if hooks else pitch - tip_pitch),
+        motions=relaxed_motions(random, tip_pitch - pitch if hooks else pitch - tip_pitch),
         tips=tips,
         axes=np.stack([along, inwards, up]),
         freedom=np.where(busy[:, None], [0.010, 0.004, 0.0007], np.inf),
@@ -115,7 +115,7 @@ def draw_intent(random: np.random.Generator, grip: str, edge_name: str, lid: Arr
     )
 
 
-def _relaxed_motions(random: np.random.Generator, bend: float) -> Array:
+def relaxed_motions(random: np.random.Generator, bend: float) -> Array:
     """Fingers that are bent by about so much from palm to tip [deg], order ``MOTIONS`` [rad]."""
     motions = {}
     knuckle_share = random.uniform(0.25, 0.5)

@@ -1,11 +1,30 @@
 """Controllers as the skills of a sequence: who acts in which phase."""
 
+import copy
 from collections.abc import Sequence
 from dataclasses import replace
 
 from artigrasp.config import PhaseConfig
 from artigrasp.controllers.controller import PD_IK, Controller
-from artigrasp.errors import UserError
+from artigrasp.tasks import get_task
+
+SCENE = "both-free"
+"""Task in whose scene controllers play sequences that were made for a fixed base."""
+
+
+def in_free_scene(controller: Controller) -> Controller:
+    """The controller in a scene in which objects can be carried: its task's, or if the base is fixed there, another's.
+
+    It keeps its priors, gains and physics, and acts for each hand as it did for its own.
+    """
+    task = controller.task
+    if not task.fixed_base:
+        return controller
+    scene = get_task(SCENE)
+    moved = copy.copy(controller)
+    # controllers may be frozen
+    object.__setattr__(moved, "task", replace(task, hands=scene.hands, fixed_base=False))
+    return moved
 
 
 def with_skills(sequence: Sequence[PhaseConfig], controller: Controller) -> tuple[PhaseConfig, ...]:
@@ -17,13 +36,8 @@ def with_skills(sequence: Sequence[PhaseConfig], controller: Controller) -> tupl
     Args:
         sequence: Phases of PD+IK.
         controller: What acts.
-
-    Raises:
-        UserError: The controller's task has a fixed base, so that nothing can be carried in its scene.
     """
     task = controller.task
-    if task.fixed_base and any(phase.carries for phase in sequence):
-        raise UserError(f"task {task.name!r}: expected one with a free base, whose object can be carried")
     terms = {"synergy": task.action.synergy, "residual": task.action.residual}
     is_pd_ik = replace(task.action, synergy=None, residual=None) == PD_IK
     phases = []

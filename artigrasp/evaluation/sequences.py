@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from artigrasp.config import PhaseConfig, SimulatorConfig
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.rollout import run_episode
-from artigrasp.controllers.skills import with_skills
+from artigrasp.controllers.skills import in_free_scene, with_skills
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.worlds import WorldPlan
 from artigrasp.evaluation.experiment import Trials
@@ -50,6 +50,7 @@ def play_sequence(
     Returns:
         The environment as it is at the end, and the quality of the motions.
     """
+    controller = in_free_scene(controller)
     environment = Environment(
         controller.task,
         references,

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from artigrasp.config import ActionConfig, PhaseConfig, SimulatorConfig
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.rollout import OnPlan, run_episode
-from artigrasp.controllers.skills import with_skills
+from artigrasp.controllers.skills import in_free_scene, with_skills
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.worlds import planned_worlds
 from artigrasp.kernels.phases import OUTCOMES
@@ -64,6 +64,8 @@ def generate(
         second_reference=[len(references) - 1],
         target_offset=None if target_offset is None else np.reshape(target_offset, (1, 7)),
     )
+    if sequence is not None:
+        controller = in_free_scene(controller)
     environment = Environment(
         controller.task,
         [references],

@@ -2,13 +2,10 @@
 
 from dataclasses import replace
 
-import pytest
-
 from artigrasp.config import ResidualConfig, SynergyConfig
 from artigrasp.controllers.controller import ZeroController, pd_ik_controller
 from artigrasp.controllers.search import with_offsets
-from artigrasp.controllers.skills import with_skills
-from artigrasp.errors import UserError
+from artigrasp.controllers.skills import in_free_scene, with_skills
 from artigrasp.tasks import get_task
 from artigrasp.tasks.sequences import ARTICULATE, GRASP, GRASP_THEN_ARTICULATE, GRASPING, RELOCATE
 
@@ -43,7 +40,11 @@ def test_a_policy_brings_its_priors_where_it_has_the_skill() -> None:
     assert relocate.gains == RELOCATE.gains
 
 
-def test_nothing_is_carried_with_a_fixed_base() -> None:
-    """The message names the task."""
-    with pytest.raises(UserError, match="task 'right-fixed': expected one with a free base"):
-        with_skills(GRASPING, pd_ik_controller(get_task("right-fixed")))
+def test_a_controller_of_a_fixed_base_moves_to_a_scene_with_a_free_one() -> None:
+    """With both hands and its own action; one that has a free base stays as it is, and neither is changed."""
+    fixed = pd_ik_controller(get_task("right-fixed"))
+    moved = in_free_scene(fixed)
+    assert moved.task == replace(fixed.task, hands=("left", "right"), fixed_base=False)
+    assert fixed.task.fixed_base and moved.name == "pd-ik"
+    free = pd_ik_controller(BOTH)
+    assert in_free_scene(free) is free

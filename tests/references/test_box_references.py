@@ -18,8 +18,8 @@ CONTACT_DISTANCE = 0.006
 
 @pytest.fixture(scope="module")
 def references() -> ReferenceSet:
-    """The shipped references."""
-    return read_references(packaged_root() / "references" / "lidded-box.npz")
+    """The shipped references for opening the box."""
+    return read_references(packaged_root() / "references" / "lidded-box.npz").select(kind="articulate")
 
 
 @pytest.fixture(scope="module")
@@ -87,3 +87,16 @@ def test_hands_are_where_hands_can_be(references: ReferenceSet) -> None:
     angles = references.finger_angles[:, RIGHT]
     assert (angles > hand.lower[WRIST_DOF_COUNT:] - 1e-6).all()
     assert (angles < hand.upper[WRIST_DOF_COUNT:] + 1e-6).all()
+
+
+def test_both_hands_can_grasp_the_box() -> None:
+    """Grasps of both splits, the left hand a mirror image of the right, with fingertips on the walls."""
+    grasps = read_references(packaged_root() / "references" / "lidded-box.npz").select(kind="grasp")
+    assert (grasps.split == "train").sum() >= 6 and (grasps.split == "test").sum() >= 4
+    assert grasps.active.all() and (grasps.part == BASE).all() and not grasps.object_angle.any()
+    left, right = grasps.wrist_pose_in_part[:, 0], grasps.wrist_pose_in_part[:, RIGHT]
+    np.testing.assert_allclose(left, right * [-1, 1, 1, 1, -1, -1, 1], atol=1e-6)
+    mirror = np.tile([1.0, -1.0, -1.0], LINK_COUNT - 1)
+    np.testing.assert_allclose(grasps.finger_angles[:, 0], grasps.finger_angles[:, RIGHT] * mirror, atol=1e-6)
+    assert (grasps.contacts[:, :, 3:13:3].sum(axis=2) >= 3).all()
+    assert (right[:, 0] > load_object("lidded-box").parts[BASE].vertices[:, 0].max()).all()
