@@ -21,7 +21,8 @@ class Options:
     One hand opens an object; with --sequence, both hands also grasp it and carry it to a target pose. The motion then
     tells what became of each phase, and why one failed.
 
-    With --json: {"motion": file, "metrics": {name: value}, "phases": {name: what became of it}}.
+    With --json: {"motion": file, "metrics": {name: value}, "phases": {name: what became of it}},
+    the last for a sequence only.
     """
 
     object: str = "lidded-box"
@@ -110,7 +111,9 @@ def run(options: Options) -> int:
     save_motion(options.out, motion)
     phases = dict(line.split(": ") for line in motion.provenance.get("phases", "").splitlines())
     if options.json:
-        show_json({"motion": str(options.out), "metrics": dict(motion.metrics), "phases": phases})
+        show_json(
+            {"motion": str(options.out), "metrics": dict(motion.metrics)} | ({"phases": phases} if phases else {})
+        )
         return 0
     show(
         f"{motion.object}: opened to {motion.metrics['final_angle']:.2f} rad, target {motion.target_angle:.2f} rad, "

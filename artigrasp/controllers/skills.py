@@ -38,14 +38,13 @@ def with_skills(sequence: Sequence[PhaseConfig], controller: Controller) -> tupl
         controller: What acts.
     """
     task = controller.task
-    terms = {"synergy": task.action.synergy, "residual": task.action.residual}
     is_pd_ik = replace(task.action, synergy=None, residual=None) == PD_IK
     phases = []
     for phase in sequence:
         if phase.skill in task.kinds:
             action, gains = task.action, task.gains
             if phase.carries or is_pd_ik:
-                action, gains = replace(phase.action, **terms), phase.gains
+                action, gains = replace(phase.action, synergy=action.synergy, residual=action.residual), phase.gains
             # decisions for a whole episode hold on while the object is carried
             decides = task.action.synergy is None or not phase.carries
             phase = replace(phase, action=action, gains=gains, decides=decides)

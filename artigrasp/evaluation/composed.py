@@ -152,8 +152,6 @@ def run_trials(
         np.array([_row_of_kind(references[index], row) for index, row in zip(objects, rows, strict=True)])
         for rows in (trials.reference, second)
     )
-    measured = ("final_angle", "position_error", "rotation_error")
-    least = ("least_position_error", "least_rotation_error", "least_angle_error")
     return ComposedOutcomes(
         **played_references(environment) | {"reference": grasp},
         failed=summary["failed"] > 0,
@@ -161,7 +159,12 @@ def run_trials(
         articulation=articulation,
         articulation_source=np.array(sources),
         goal_angle=summary["goal_angle"],
-        **{name: summary[name] for name in (*measured, *least)},
+        final_angle=summary["final_angle"],
+        position_error=summary["position_error"],
+        rotation_error=summary["rotation_error"],
+        least_position_error=summary["least_position_error"],
+        least_rotation_error=summary["least_rotation_error"],
+        least_angle_error=summary["least_angle_error"],
         failed_phase=first_failures(phase_outcomes(environment)),
     )
 
