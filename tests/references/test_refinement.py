@@ -8,13 +8,14 @@ import trimesh
 
 from artigrasp.assets.hand import load_hand
 from artigrasp.assets.hand_surface import core_points
+from artigrasp.assets.library import list_assets
 from artigrasp.assets.object import load_object
 from artigrasp.assets.object_model import PartModel
 from artigrasp.config import RefinementConfig
 from artigrasp.kernels.layout import ARTICULATED, BASE, FINGER_DOF_COUNT, HANDS, LINK_COUNT, LINKS, WRIST_DOF_COUNT
 from artigrasp.references.natural_pose import PRIOR_DEVIATION, fit_natural_pose, gather_natural_pose, mirror_fingers
 from artigrasp.references.quality import CONTACT_DISTANCE, measure_contacts, pose_references
-from artigrasp.references.reference import ReferenceSet
+from artigrasp.references.reference import ReferenceSet, load_references
 from artigrasp.references.refinement import Energy, Refinement, is_refined, refine_references, with_refined
 from tests.example_references import box_references
 
@@ -201,10 +202,12 @@ def test_many_poses_speak_for_themselves() -> None:
 
 
 def test_hands_of_both_sides_are_gathered() -> None:
-    """The shipped train references are right hands of the open hand; a mirrored hand is mirrored back."""
+    """Every active hand of the shipped train references counts once; a mirrored hand is mirrored back."""
     natural = gather_natural_pose("open")
-    assert natural.count == 24
-    assert (natural.mean[2::3][:4] > 0).all()  # fingers are flexed about z
+    shipped = [load_references(name) for name in list_assets("references")]
+    of_hand = [each.select(split="train") for each in shipped if each.hand == "open"]
+    assert natural.count == sum(each.active.sum() for each in of_hand) > 0
+    assert (natural.mean[5::9][:4] > 0).all()  # middle joints of fingers are flexed about z
     angles = np.random.default_rng(0).normal(size=(4, FINGER_DOF_COUNT))
     np.testing.assert_array_equal(mirror_fingers(mirror_fingers(angles)), angles)
     assert CONTACT_DISTANCE < 0.01 and len(HANDS) == 2
