@@ -16,6 +16,7 @@ from .states import Goal, HandState, ObjectModel, ObjectState, PhaseState
 from .torques import dof_group
 from .wrist_priors import (
     blend_poses,
+    correct_pose,
     fraction_between,
     manipulated_part_pose_at,
     move_around,
@@ -116,7 +117,7 @@ class ActionSettings:
             arrives and closes before it pulls; with the prior schedule those between which the angle is raised from
             the start to the goal.
         speed, turn_speed: of the prior transport, m and rad per control step.
-        position_feedback: share of the object's distance from its planned position that the prior transport adds.
+        feedback: share of what the object lags behind its planned pose that the prior transport adds.
         retreat_distance: of the prior retreat, m.
         pregrasp_distance, idle_distance: from the reference where the prior transit ends, m, for hands that take part
             and those that do not.
@@ -141,7 +142,7 @@ class ActionSettings:
     lead_end: float
     speed: float
     turn_speed: float
-    position_feedback: float
+    feedback: float
     retreat_distance: float
     pregrasp_distance: float
     idle_distance: float
@@ -229,7 +230,7 @@ def wrist_prior(
         if goal.active[world, hand] != 0:
             held = wp.transform_inverse(object_state.pose[world]) * reference
         target = plan * held
-        target = shift_pose(target, settings.position_feedback * (wp.transform_get_translation(plan) - origin))
+        target = correct_pose(target, object_state.pose[world], plan, settings.feedback)
     elif settings.wrist_prior == _TRANSIT:
         distance = wp.where(goal.active[world, hand] != 0, settings.pregrasp_distance, settings.idle_distance)
         end = move_away(reference, origin, distance, settings.wrist_clearance)

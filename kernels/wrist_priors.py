@@ -45,6 +45,19 @@ def blend_poses(start: wp.transform, end: wp.transform, fraction: float) -> wp.t
 
 
 @wp.func
+def correct_pose(pose: wp.transform, found: wp.transform, wanted: wp.transform, share: float) -> wp.transform:
+    """A frame moved, and turned about the wanted origin, by a share of what leads from a found to a wanted frame."""
+    origin = wp.transform_get_translation(wanted)
+    shift = share * (origin - wp.transform_get_translation(found))
+    turn = quat_to_rotation_vector(
+        wp.transform_get_rotation(wanted) * wp.quat_inverse(wp.transform_get_rotation(found))
+    )
+    rotation = rotation_vector_to_quat(share * turn)
+    arm = wp.quat_rotate(rotation, wp.transform_get_translation(pose) - origin)
+    return wp.transform(origin + arm + shift, rotation * wp.transform_get_rotation(pose))
+
+
+@wp.func
 def direction_from(origin: wp.vec3, position: wp.vec3) -> wp.vec3:
     """Unit vector from an origin to a position; up, if they are the same."""
     direction = wp.vec3(0.0, 0.0, 1.0)

@@ -93,7 +93,7 @@ class ActionConfig:
     carry_turn_speed: float = 0.4
     """Mean speed at which it turns the object [rad/s]."""
     carry_feedback: float = 0.0
-    """Share of the object's distance from where it should be by which it moves the wrists on."""
+    """Share of what the object lags behind its planned pose by which it moves and turns the wrists on."""
     retreat_distance: float = 0.15
     """Distance by which the wrist prior "retreat" backs off [m]."""
 

@@ -161,7 +161,7 @@ def action_settings(config: ActionConfig, reset: ResetConfig, control_dt: float)
     settings.lead_start, settings.lead_end = config.lead_start, config.lead_end
     settings.speed = config.carry_speed * control_dt
     settings.turn_speed = config.carry_turn_speed * control_dt
-    settings.position_feedback = config.carry_feedback
+    settings.feedback = config.carry_feedback
     settings.retreat_distance = config.retreat_distance
     settings.pregrasp_distance, settings.idle_distance = reset.pregrasp_distance, reset.idle_distance
     settings.wrist_clearance = WRIST_CLEARANCE
