@@ -108,6 +108,24 @@ def test_a_replay_is_the_step_it_recorded(simulation: NewtonSimulation, pressing
         np.testing.assert_array_equal(found[name], array, err_msg=name)
 
 
+def test_ways_to_step_take_turns(simulation: NewtonSimulation, pressing: PressingHand) -> None:
+    """Each is recorded once, however often another is used in between."""
+
+    def nothing(rows: slice) -> None:
+        pass
+
+    ways = [(pressing.apply,), (nothing,), (nothing, pressing.apply, nothing)]
+    over_the_lid(simulation)
+    for _ in range(2):
+        for way in ways:
+            simulation.step(*way)
+    recorded = dict(simulation._graphs)
+    assert len(set(map(id, recorded.values()))) == len(recorded) >= len(ways) and None not in recorded.values()
+    for way in ways:
+        simulation.step(*way)
+    assert simulation._graphs == recorded
+
+
 def test_writing_some_worlds_leaves_the_others_alone(simulation: NewtonSimulation, pressing: PressingHand) -> None:
     """A masked write resets just its worlds; a world written back to its start does again what it did."""
     over_the_lid(simulation)
