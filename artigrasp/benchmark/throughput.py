@@ -1,6 +1,5 @@
 """Control steps per second of an environment, stage by stage, as ratios to its bare physics."""
 
-import gc
 import math
 import os
 import statistics
@@ -130,7 +129,6 @@ def measure_throughput(
     Raises:
         UserError: As for :func:`make_environment`.
     """
-    gc.collect()
     forget_peak()
     task = replace(task, world_count=world_count)
     states = RecordedStates(task, objects, split=split, seed=seed, count=STATE_COUNT, threads=simulator.threads)
