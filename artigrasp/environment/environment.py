@@ -236,6 +236,10 @@ class Environment:
         if len(self.phases) > 1:
             self._change_phases()
 
+    def advance(self) -> None:
+        """Advance every world by one control step toward ``target`` as it stands, which the caller has written."""
+        self.simulation.step(self.apply_torques, finish=self._finish_step)
+
     def _change_phases(self) -> None:
         """End phases that are over and begin the next ones."""
         self._advance_phases.launch()
