@@ -18,16 +18,18 @@ class PhysicsConfig:
     """Sliding friction coefficient of every contact."""
     cone: Literal["elliptic", "pyramidal"] = "elliptic"
     """Shape of the friction cone."""
-    impratio: float = 10.0
-    """Stiffness of friction relative to the normal constraint; at 1 a grasp slips, at 100 the table is unstable."""
+    impratio: float = 100.0
+    """Stiffness of friction relative to the normal constraint: what is held creeps in the fingers the less, the higher
+    it is, but the solver then needs its iterations."""
     solref: tuple[float, float] = (0.01, 1.0)
     """Contact time constant [s] and damping ratio."""
     solimp: tuple[float, float, float] = (0.9, 0.99, 0.001)
     """Contact impedance at zero depth, at full depth, and the depth [m] between them."""
-    iterations: int = 8
-    """Constraint solver iterations per simulation step."""
-    ls_iterations: int = 20
-    """Line search iterations per solver iteration."""
+    iterations: int = 30
+    """Most constraint solver iterations per simulation step; few steps need more than a handful, but a solver that is
+    stopped early makes objects creep, jump and fly."""
+    ls_iterations: int = 50
+    """Most line search iterations per solver iteration."""
     gravity_compensation: bool = True
     """Whether the hands are weightless; the objects never are."""
 
