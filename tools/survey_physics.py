@@ -85,14 +85,18 @@ def cells(result: RestDrift | PressDepth | HoldSlip) -> list[str]:
 
 
 def measure(
-    survey: str, references: ReferenceSet, most: int | None, physics: PhysicsConfig
+    survey: str, references: ReferenceSet, options: argparse.Namespace, physics: PhysicsConfig
 ) -> RestDrift | PressDepth | HoldSlip:
     """One survey of one object."""
     if survey != "rest":
         references = references.select(kind="articulate" if survey == "press" else "grasp")
-    if most is not None and most < len(references):
-        references = references.select(indices=np.linspace(0, len(references) - 1, most).astype(int))
-    return {"rest": rest_drift, "press": press_depth, "hold": hold_slip}[survey](references, physics)
+    if options.references is not None and options.references < len(references):
+        references = references.select(indices=np.linspace(0, len(references) - 1, options.references).astype(int))
+    if survey == "rest":
+        return rest_drift(references, physics)
+    if survey == "press":
+        return press_depth(references, physics)
+    return hold_slip(references, physics, squeeze=options.squeeze)
 
 
 def show(survey: str, rows: Sequence[Sequence[str]]) -> None:
@@ -108,6 +112,9 @@ def main() -> None:
     parser.add_argument("surveys", nargs="*", default=SURVEYS, choices=[*SURVEYS, []])
     parser.add_argument("--objects", nargs="*", default=None, help="all that have references by default")
     parser.add_argument("--references", type=int, help="most references of an object; all by default")
+    parser.add_argument(
+        "--squeeze", type=float, default=0.0, help="flexion of holding fingers past the reference [rad]"
+    )
     parser.add_argument("--physics", type=json.loads, default={})
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
@@ -120,7 +127,7 @@ def main() -> None:
     for survey in options.surveys:
         rows = []
         for name in options.objects or list_assets("references"):
-            result = measure(survey, load_references(name), options.references, physics)
+            result = measure(survey, load_references(name), options, physics)
             rows.append([name, *cells(result)])
             print(f"{survey}: {' | '.join(rows[-1])}", flush=True)
             columns = vars(result)

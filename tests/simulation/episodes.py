@@ -108,13 +108,13 @@ def record(environment: Environment) -> tuple[Recording, NDArray[np.float64]]:
     torques: list[NDArray[np.float32]] = []
     touched: list[bool] = []
 
-    def recorded_step(apply_torques):  # type: ignore[no-untyped-def]
+    def recorded_step(apply_torques, *begin_and_finish):  # type: ignore[no-untyped-def]
         def recorded_torques(rows: slice) -> None:
             apply_torques(rows)
             torques.append(simulation.joint_torque.numpy()[0].copy())
 
         states.append({name: array.numpy()[0].copy() for name, array in state_arrays(simulation.state).items()})
-        step(recorded_torques)
+        step(recorded_torques, *begin_and_finish)
         touched.append(bool(simulation.state.hands.contact_force.numpy().any()))
 
     simulation.step = recorded_step  # type: ignore[method-assign]

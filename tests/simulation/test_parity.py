@@ -102,12 +102,12 @@ def test_pieces_of_an_episode_agree(episode: tuple[Setting, Recording, np.ndarra
 
 
 def test_a_closed_loop_opens_the_lid_alike(episode: tuple[Setting, Recording, np.ndarray]) -> None:
-    """Over 300 control steps the angles stay together to 0.01 rad, a thirtieth of what counts as opened."""
+    """Over 300 control steps the angles stay together to 0.02 rad, a fifteenth of what counts as opened."""
     setting, _, cpu_angle = episode
     environment = lid_opening(setting, "mjwarp")
     angle = play(environment)
     assert cpu_angle[-1] == pytest.approx(GOAL_ANGLE, abs=0.1)
-    assert np.abs(angle - cpu_angle).max() < 0.01
+    assert np.abs(angle - cpu_angle).max() < 0.02
     assert not any(environment.failure_counts().values())
 
 
