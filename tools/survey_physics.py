@@ -38,7 +38,16 @@ from artigrasp.references.reference import ReferenceSet, load_references
 
 SURVEYS = ("rest", "press", "hold")
 HEADERS = {
-    "rest": ("object", "references", "distance mm", "turn mrad", "hinge mrad", "hinge beyond gravity mrad", "failed"),
+    "rest": (
+        "object",
+        "references",
+        "distance mm",
+        "turn mrad",
+        "hinge mrad",
+        "hinge beyond gravity mrad",
+        "moving",
+        "failed",
+    ),
     "press": (
         "object",
         "presses",
@@ -65,7 +74,8 @@ def cells(result: RestDrift | PressDepth | HoldSlip) -> list[str]:
     """What a row of the table says of it, after the object."""
     if isinstance(result, RestDrift):
         columns = [quantiles(getattr(result, name)) for name in ("distance", "turn", "hinge", "hinge_unexplained")]
-        return [str(len(result.failed)), *columns, str(result.failed.sum())]
+        moving = (result.distance > 1e-3) | (np.maximum(result.turn, result.hinge_unexplained) > 0.01)
+        return [str(len(result.failed)), *columns, str(moving.sum()), str(result.failed.sum())]
     if isinstance(result, PressDepth):
         fair = ~result.began_inside
         row = [str(fair.sum()), str(result.began_inside.sum()), quantiles(result.force[fair], 1.0)]

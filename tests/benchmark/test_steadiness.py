@@ -1,12 +1,8 @@
 """Physics that holds: objects rest, hands press without sinking in, and what is held stays where it is held."""
 
-from pathlib import Path
-
-import numpy as np
 import pytest
 
-from artigrasp.benchmark.steadiness import hold_slip, press_depth, rest_drift
-from artigrasp.config import PhysicsConfig
+from artigrasp.benchmark.steadiness import press_depth, rest_drift
 from artigrasp.references.reference import ReferenceSet, load_references
 
 ARCTIC = ("box", "laptop")
