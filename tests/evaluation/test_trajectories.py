@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from artigrasp.evaluation.articulation import ARTICULATION, ArticulationOutcomes, read_outcomes
+from artigrasp.evaluation.grasping import GRASPING
+from tests.evaluation import test_grasping
 from tests.evaluation.trajectories import STEP_COUNT, Trajectory, play, through
 
 OPEN = through(0.0, 0.9)
@@ -87,3 +89,22 @@ def test_measurements(outcomes: dict[str, ArticulationOutcomes], name: str, colu
 def test_only_what_failed_is_marked(outcomes: dict[str, ArticulationOutcomes]) -> None:
     """An object that is lost on the way counts as failed even if it comes back."""
     assert [name for name, each in outcomes.items() if each.failed[0]] == ["lost", "no number at the end"]
+
+
+def test_what_is_lifted_must_stay_up() -> None:
+    """Lifted and held counts; lifted and dropped, never lifted enough, or lost on the way and back up does not."""
+    up, down, low = (0.0, 0.0, 0.3), (0.0, 0.0, 0.0), (0.0, 0.0, 0.09)
+    trajectories = [
+        Trajectory(position=through(down, up)),
+        Trajectory(position=through(down, up, down)),
+        Trajectory(position=through(down, up, low)),
+        Trajectory(position=through(down, low)),
+        Trajectory(position=through(down, (2.5, 0.0, 0.3), up)),
+    ]
+    environment, _ = play(trajectories, 1.0)
+    summary = environment.episode_summary()
+    # of the one that is lost it is what was measured before; the start is the target
+    for name in ("lift", "position_error"):
+        assert summary[name][:4] == pytest.approx([0.3, 0.0, 0.09, 0.09], abs=1e-6)
+    outcomes = test_grasping.outcomes_of(5, lift=summary["lift"], failed=summary["failed"] > 0)
+    assert GRASPING.criteria["paper"](outcomes).tolist() == [True, False, False, False, False]

@@ -1,6 +1,5 @@
 """Episodes whose states are written by hand, measured by the code that measures simulated ones."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +11,7 @@ from artigrasp.environment.environment import Environment
 from artigrasp.environment.worlds import trial_worlds
 from artigrasp.evaluation.quality import QualityRecorder
 from artigrasp.kernels.layout import ARTICULATED, LINK_COUNT
+from artigrasp.simulation.backend import OnWorlds
 from artigrasp.tasks import get_task
 from tests.example_references import box_references
 
@@ -82,7 +82,9 @@ def play(
     start_wrist = hands.joint_q.numpy()[:, 0, :3].copy()
     start = objects.pose.numpy().copy()
 
-    def write_state(apply_torques: Callable[[slice], None]) -> None:
+    def write_state(apply_torques: OnWorlds, begin: OnWorlds, finish: OnWorlds) -> None:
+        for rows in environment.simulation.torque_rows:
+            begin(rows)
         step = int(environment.step_count.numpy()[0])
         pose = start.copy()
         pose[:, :3] += [each.position[step] for each in trajectories]
@@ -97,6 +99,8 @@ def play(
         hands.joint_q.assign(joint_q)
         hands.contact_force.assign(contact_force)
         objects.hinge_q.assign(np.array([each.angle[step] for each in trajectories], dtype=np.float32))
+        for rows in environment.simulation.torque_rows:
+            finish(rows)
 
     environment.simulation.step = write_state  # type: ignore[method-assign]
     action = wp.zeros((len(trajectories), 1, environment.action_count), dtype=float)
