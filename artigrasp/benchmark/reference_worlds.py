@@ -95,7 +95,7 @@ class ReferenceWorlds:
         def targets(step: int) -> Array:
             near = np.clip(step / APPROACH_STEPS, 0.0, 1.0)
             grip = np.clip((step - CLOSE_START) / (CLOSE_END - CLOSE_START), 0.0, 1.0)
-            result = start.astype(np.float64)
+            result: Array = start.astype(np.float64)
             place = near * wrist
             if push:
                 place = place + np.clip((step - CLOSE_END) / CONTROL_RATE, 0.0, 1.0) * (centre - wrist)
@@ -126,17 +126,17 @@ class ReferenceWorlds:
     @property
     def object_pose(self) -> Array:
         """Frames of the bases, shape [world, 7]."""
-        return self._state.objects.pose.numpy().astype(np.float64)
+        return np.array(self._state.objects.pose.numpy(), dtype=np.float64)
 
     @property
     def hinge_angle(self) -> Array:
         """Shape [world], rad."""
-        return self._state.objects.hinge_q.numpy().astype(np.float64)
+        return np.array(self._state.objects.hinge_q.numpy(), dtype=np.float64)
 
     @property
     def hinge_speed(self) -> Array:
         """Shape [world], rad/s."""
-        return self._state.objects.hinge_qd.numpy().astype(np.float64)
+        return np.array(self._state.objects.hinge_qd.numpy(), dtype=np.float64)
 
     def sinking_speed(self) -> Array:
         """At which gravity turns the hinge against its damping and friction [rad/s], shape [world]."""

@@ -146,7 +146,9 @@ def hold_slip(
     worlds.grasp(squeeze=squeeze)
     settled = RELEASE_STEP + round(settle * CONTROL_RATE)
     moved = worlds.mark()
-    before, slip, speeds = [], [], []
+    before: list[Array] = []
+    slip: list[Array] = []
+    speeds: list[Array] = []
     for step in worlds.play(settled + _MEASURE, keep_until=RELEASE_STEP):
         if step in (RELEASE_STEP, settled):
             moved = worlds.mark()

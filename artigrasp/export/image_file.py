@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import closing
 from pathlib import Path
 
 import imageio.v2 as imageio
@@ -53,9 +54,11 @@ def save_video(frames: Iterable[NDArray[np.uint8]], path: str | os.PathLike[str]
     """
     with atomic_write(path) as temporary:
         if temporary.suffix.lower() == ".mp4":
-            with imageio.get_writer(
+            writer = imageio.get_writer(
                 temporary, fps=rate, codec="libx264", quality=8, macro_block_size=2, ffmpeg_log_level="error"
-            ) as video:
+            )
+            # A writer as a context does not stop its process after an error, which then writes on.
+            with closing(writer) as video:
                 for frame in frames:
                     video.append_data(frame)
         else:
