@@ -101,7 +101,7 @@ class ReferenceWorlds:
                 place = place + np.clip((step - CLOSE_END) / CONTROL_RATE, 0.0, 1.0) * (centre - wrist)
             result[..., :3] = np.where(active, place, 0.0)
             result[..., WRIST_DOF_COUNT:] = np.where(active, (1 - grip) * opened + grip * closed, opened)
-            return result
+            return np.asarray(result)
 
         self._targets = targets
 
