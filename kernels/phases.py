@@ -37,7 +37,8 @@ class PhaseTable:
         lift: [P] height over the target where the object is carried to, m.
         opens: [P] int, 1 where the hinge should go to its target, 0 where it should stay as it was at the start.
         decides: [P] int, 1 where decisions count anew.
-        retry_from: [P] int, the phase to go back to after a failure, -1 for none.
+        retry_from: [P] int, the phase to go back to after a failure, -1 for none; where the object is carried, after it
+            was dropped.
         stiffness, damping: [P, 3] gains of the `DOF_GROUPS`, N/m and N.m/rad, N.s/m and N.m.s/rad.
     """
 
@@ -184,7 +185,9 @@ def advance_phases(
         return
     outcome[world, index] = ended
     back = table.retry_from[index]
-    if ended >= _FIRST_FAILURE and back >= 0 and phase.retry_count[world] < limits.retry_count:
+    # hands that still hold the object had better go on than open
+    failed = ended == _DROPPED or (ended >= _FIRST_FAILURE and table.carries[index] == 0)
+    if failed and back >= 0 and phase.retry_count[world] < limits.retry_count:
         phase.retry_count[world] += 1
         phase.index[world] = back
         begins[world] = 1

@@ -33,6 +33,7 @@ RELOCATE = PhaseConfig(
     most_steps=300,
     carries=True,
     opens=False,
+    retry_from="grasp",
     action=ActionConfig(
         wrist_prior="transport",
         finger_prior="closed",
@@ -104,7 +105,7 @@ GRASP_THEN_ARTICULATE = (
     PUT_DOWN,
     RELEASE,
     TRANSIT,
-    ARTICULATE,
+    replace(ARTICULATE, retry_from="transit"),
 )
 """The paper's composed task: carry the object to its target pose and open it there."""
 

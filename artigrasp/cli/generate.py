@@ -96,7 +96,9 @@ def run(options: Options) -> int:
         whole = {"sequence": sequence, "target_offset": offset, "retry_count": options.retries}
     task = played_task(options.task or (None if options.sequence is None or policy else "both-free"), policy)
     controller = load_controller(name, task=task, policy=policy, search=options.search, seed=options.seed)
-    total_steps = sum(each.most_steps for each in whole["sequence"]) if whole else controller.task.episode_steps
+    total_steps = (
+        (1 + options.retries) * sum(each.most_steps for each in sequence) if whole else controller.task.episode_steps
+    )
     with progress_bar("Simulating", hidden=options.json) as progress:
         motion = generate(
             controller,

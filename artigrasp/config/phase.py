@@ -34,7 +34,8 @@ class PhaseConfig:
     decides: bool = True
     """Whether a policy decides in this phase; else what was decided before goes on holding."""
     retry_from: str | None = None
-    """Phase to go back to after a failure, while there are tries left; without one the next phase follows."""
+    """Phase to go back to after a failure, while there are tries left; without one the next phase follows. Where the
+    object is carried, hands go back only for one that they have dropped."""
     action: ActionConfig = ActionConfig(residual=None)
     """Priors, and what a policy decides."""
     gains: PDGains = PDGains()

@@ -61,6 +61,8 @@ def run_episode(
             action.assign(np.ascontiguousarray(controller.act(environment.observe().numpy())))
         environment.step(action)
         on_step(step + 1)
+        if environment.is_over:
+            break
     counts = {name: count - before[name] for name, count in environment.failure_counts().items()}
     if failures := describe_failures(counts):
         logger.warning("%s, of %d episodes", failures, environment.world_count)

@@ -89,7 +89,7 @@ class Environment:
         phases: What an episode consists of; one phase, the task's own, unless told otherwise.
         phase: Where every world is in it.
         phase_outcome: [W, phase] what became of every phase in this episode, index into ``OUTCOMES``.
-        episode_steps: Control steps after which every world has gone through its phases, if it tries none again.
+        episode_steps: Control steps after which every world has gone through its phases.
     """
 
     def __init__(
@@ -124,7 +124,7 @@ class Environment:
         """
         self.task, self.seed, self.worlds, self.simulator = task, seed, worlds, simulator
         self.phases = tuple(sequence or [single_phase(task)])
-        self.episode_steps = sum(each.most_steps for each in self.phases)
+        self.episode_steps = sum(each.most_steps for each in self.phases) * (1 + retry_count)
         self._retry_count, self._noise = retry_count, noise
         hand_names = sorted({each.hand for each in (*references, *bystanders)})
         if len(hand_names) != 1:
@@ -264,6 +264,11 @@ class Environment:
             [world_mask, self._phase_table, self.state.objects, self.phase],
             [self.goal, self.stiffness, self.damping],
         )
+
+    @property
+    def is_over(self) -> bool:
+        """Whether every world has gone through its phases before the time, for want of tries that were allowed."""
+        return self._retry_count > 0 and bool(self.phase.finished.numpy().all())
 
     def observe(self) -> wp.array:
         """Compute and return ``features`` of the present state."""

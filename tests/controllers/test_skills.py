@@ -7,7 +7,7 @@ from artigrasp.controllers.controller import ZeroController, pd_ik_controller
 from artigrasp.controllers.search import with_offsets
 from artigrasp.controllers.skills import in_free_scene, with_skills
 from artigrasp.tasks import get_task
-from artigrasp.tasks.sequences import ARTICULATE, GRASP, GRASP_THEN_ARTICULATE, GRASPING, RELOCATE
+from artigrasp.tasks.sequences import GRASP, GRASP_THEN_ARTICULATE, GRASPING, RELOCATE
 
 BOTH = get_task("both-free")
 
@@ -32,7 +32,7 @@ def test_a_policy_brings_its_priors_where_it_has_the_skill() -> None:
     task = replace(BOTH, kinds=("articulate",), action=replace(BOTH.action, synergy=SynergyConfig()))
     phases = with_skills(GRASP_THEN_ARTICULATE, ZeroController(task))
     assert phases[:-1] == GRASP_THEN_ARTICULATE[:-1]
-    assert phases[-1] == replace(ARTICULATE, action=task.action, gains=task.gains)
+    assert phases[-1] == replace(GRASP_THEN_ARTICULATE[-1], action=task.action, gains=task.gains)
     fast = ZeroController(replace(BOTH, kinds=("grasp",)))
     grasp, relocate, _ = with_skills(GRASPING, fast)
     assert grasp.action == BOTH.action and grasp.gains == BOTH.gains

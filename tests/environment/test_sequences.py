@@ -117,7 +117,15 @@ def test_a_copy_has_the_same_phases() -> None:
     """A search tries what will be played."""
     environment = sequence_environment(PhaseConfig("a", 7), PhaseConfig("b", 4), retry_count=1)
     copy = environment.repeat(2)
-    assert (copy.phases, copy.episode_steps, copy.world_count) == (environment.phases, 11, 4)
+    assert (copy.phases, copy.episode_steps, copy.world_count) == (environment.phases, 22, 4)
     np.testing.assert_array_equal(copy.worlds.second_reference, np.repeat(environment.worlds.second_reference, 2))
     copy.reset()
     np.testing.assert_allclose(copy.goal.target_object_pose.numpy()[:, 2], 0.2, atol=1e-6)
+
+
+def test_an_episode_with_tries_left_ends_when_all_is_done() -> None:
+    """Time for tries that nobody needs is not played."""
+    environment = sequence_environment(PhaseConfig("a", 7), PhaseConfig("b", 4), retry_count=3)
+    steps: list[int] = []
+    run_episode(environment, pd_ik_controller(TASK), steps.append)
+    assert environment.episode_steps == 44 and steps == list(range(12))

@@ -170,14 +170,26 @@ def test_a_failed_phase_is_tried_again() -> None:
     carry = PhaseConfig("carry", 50, aim="object", carries=True, retry_from="grasp")
     world = OneWorld(GRASP, carry, REST, retry_count=2)
     world.move((0.3, 0.0, 0.0))
-    world.run(5 * 70)
+    for _ in range(3):
+        world.touch().run(20)
+        world.touch(0.0).run(20)
     assert world.history == [0, 1, 0, 1, 0, 1]
     assert world.phase.retry_count.numpy()[0] == 2
-    assert [OUTCOMES[each] for each in world.outcome.numpy()[0]] == ["done", "slipped", "done"]
+    assert [OUTCOMES[each] for each in world.outcome.numpy()[0]] == ["done", "dropped", "not begun"]
     wp.launch(reset_outcomes, dim=1, inputs=[wp.zeros(1, dtype=int)], outputs=[world.outcome])
     assert world.outcome.numpy().any()
     wp.launch(reset_outcomes, dim=1, inputs=[wp.ones(1, dtype=int)], outputs=[world.outcome])
     assert not world.outcome.numpy().any()
+
+
+def test_hands_that_hold_an_object_do_not_try_again() -> None:
+    """An object that is held, but not where it should be, is carried on; it would fall if the hands began anew."""
+    carry = PhaseConfig("carry", 50, aim="object", carries=True, retry_from="grasp")
+    world = OneWorld(GRASP, carry, REST, retry_count=2)
+    world.move((0.3, 0.0, 0.0))
+    world.run(20 + 50 + 1)
+    assert world.history == [0, 1] and world.phase.retry_count.numpy()[0] == 0
+    assert [OUTCOMES[each] for each in world.outcome.numpy()[0]] == ["done", "slipped", "running"]
 
 
 def test_a_phase_asks_for_its_part_of_the_target() -> None:
