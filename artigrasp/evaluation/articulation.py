@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.controller import Controller
-from artigrasp.controllers.rollout import run_episode
 from artigrasp.controllers.search import OPEN
 from artigrasp.environment.environment import OPENED_ANGLE, Environment
 from artigrasp.environment.worlds import planned_worlds
 from artigrasp.errors import UserError
 from artigrasp.evaluation.experiment import Experiment, Metric, Outcomes, Trials
 from artigrasp.evaluation.quality import QualityRecorder
+from artigrasp.evaluation.sequences import object_indices, play_trials, played_references
 from artigrasp.references.reference import ReferenceSet
 
 GOAL_ANGLES = (0.5, 0.75, 1.0, 1.25, 1.5)
@@ -87,31 +87,17 @@ def run_trials(
     on_step: Callable[[int, int], None],
 ) -> ArticulationOutcomes:
     """Play every trial in a world of its own, without noise; see :class:`RunTrials`."""
-    index = {each.object: number for number, each in enumerate(references)}
-    objects = np.array([index[name] for name in trials.object.tolist()])
+    objects = object_indices(references, trials)
     worlds = planned_worlds(references, objects, trials.reference, trials.targets["goal_angle"])
     environment = Environment(controller.task, references, worlds, seed=seed, noise=False, simulator=simulator)
-    quality = QualityRecorder(environment)
-    planned = controller.rollout_count * controller.task.episode_steps
-    total = planned + controller.task.episode_steps
-
-    def record(step: int) -> None:
-        quality.record(step)
-        on_step(planned + step, total)
-
-    run_episode(environment, controller, record, on_plan=lambda done, _: on_step(done, total))
-    return read_outcomes(environment, quality)
+    return read_outcomes(environment, play_trials(controller, environment, on_step))
 
 
 def read_outcomes(environment: Environment, quality: QualityRecorder) -> ArticulationOutcomes:
     """What happened in every world since its reset."""
     summary = environment.episode_summary()
-    objects, rows = environment.worlds.object_index, environment.reference_rows()
-    sources = [environment.references[index].source[row] for index, row in zip(objects, rows, strict=True)]
     return ArticulationOutcomes(
-        object=np.array(environment.object_names)[objects],
-        reference=rows,
-        source=np.array(sources),
+        **played_references(environment),
         failed=summary["failed"] > 0,
         **quality.columns(),
         goal_angle=summary["goal_angle"],

@@ -1,4 +1,4 @@
-"""Playing trials that are sequences of phases."""
+"""Playing trials, of one phase or a sequence of them."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -22,6 +22,28 @@ def object_indices(references: Sequence[ReferenceSet], trials: Trials) -> NDArra
     """Index of the reference set of every trial."""
     index = {each.object: number for number, each in enumerate(references)}
     return np.array([index[name] for name in trials.object.tolist()])
+
+
+def play_trials(
+    controller: Controller, environment: Environment, on_step: Callable[[int, int], None]
+) -> QualityRecorder:
+    """Play one episode in every world and record how good the motions are.
+
+    Args:
+        controller: What acts.
+        environment: Made for the controller's task.
+        on_step: Called with the control steps done, planning included, and how many there are.
+    """
+    quality = QualityRecorder(environment)
+    planned = controller.rollout_count * environment.episode_steps
+    total = planned + environment.episode_steps
+
+    def record(step: int) -> None:
+        quality.record(step)
+        on_step(planned + step, total)
+
+    run_episode(environment, controller, record, on_plan=lambda done, _: on_step(done, total))
+    return quality
 
 
 def play_sequence(
@@ -61,16 +83,7 @@ def play_sequence(
         noise=False,
         simulator=simulator,
     )
-    quality = QualityRecorder(environment)
-    planned = controller.rollout_count * environment.episode_steps
-    total = planned + environment.episode_steps
-
-    def record(step: int) -> None:
-        quality.record(step)
-        on_step(planned + step, total)
-
-    run_episode(environment, controller, record, on_plan=lambda done, _: on_step(done, total))
-    return environment, quality
+    return environment, play_trials(controller, environment, on_step)
 
 
 def phase_outcomes(environment: Environment) -> dict[str, NDArray[np.str_]]:
