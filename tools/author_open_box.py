@@ -79,7 +79,7 @@ def _part(boards: list[trimesh.Trimesh], mass: float, colour: tuple[float, float
         vertices=np.array(together.vertices),
         faces=np.array(together.faces),
         pieces=tuple(Mesh(np.array(board.vertices), np.array(board.faces)) for board in boards),
-        colour=colour,
+        colours=np.tile(colour, (len(together.faces), 1)),
     )
 
 

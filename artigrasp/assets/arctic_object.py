@@ -101,7 +101,13 @@ def read_arctic_object(source: ArcticSource, name: str) -> ArcticObject:
 def make_object(source: ArcticObject, pieces: tuple[tuple[Mesh, ...], tuple[Mesh, ...]], path: Path) -> ObjectModel:
     """The object that is made of these convex pieces, to live at ``path``."""
     base, articulated = (
-        PartModel(*_body(source, part, pieces[part]), mesh.vertices, mesh.faces, pieces[part], COLOURS[part])
+        PartModel(
+            *_body(source, part, pieces[part]),
+            mesh.vertices,
+            mesh.faces,
+            pieces[part],
+            np.tile(COLOURS[part], (len(mesh.faces), 1)),
+        )
         for part, mesh in enumerate(source.meshes)
     )
     return ObjectModel(

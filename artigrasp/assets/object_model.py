@@ -35,7 +35,7 @@ class PartModel:
         vertices: Of the surface that is seen [m], shape (V, 3).
         faces: Of the surface that is seen, shape (F, 3).
         pieces: Convex meshes that together are the part for collisions.
-        colour: Linear RGB of the surface, each 0 to 1.
+        colours: Linear RGB of each face, each 0 to 1, shape (F, 3).
     """
 
     mass: float
@@ -44,7 +44,16 @@ class PartModel:
     vertices: Array
     faces: Indices
     pieces: tuple[Mesh, ...]
-    colour: tuple[float, float, float]
+    colours: Array
+
+    @property
+    def colour(self) -> tuple[float, float, float]:
+        """Linear RGB of most of the surface, for where one colour has to do."""
+        corners = self.vertices[self.faces]
+        areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+        palette, index = np.unique(self.colours, axis=0, return_inverse=True)
+        red, green, blue = palette[np.bincount(index.ravel(), areas).argmax()].tolist()
+        return red, green, blue
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,8 @@ from artigrasp.assets.object_model import Array, Indices, Mesh, ObjectModel, Par
 from artigrasp.assets.usd_stage import StageReader, new_stage, save_stage, set_attribute, set_mass, vector
 from artigrasp.kernels.layout import PARTS
 
-FORMAT, VERSION = "artigrasp.object", 1
+FORMAT, VERSION = "artigrasp.object", 2
+"""Since version 2 each face of a visual mesh may have a colour of its own."""
 
 
 def write_object(model: ObjectModel) -> None:
@@ -28,7 +29,7 @@ def write_object(model: ObjectModel) -> None:
         body = UsdGeom.Xform.Define(stage, f"/Object/{name}").GetPrim()
         set_mass(body, part.mass, part.com, part.inertia)
         visual = _write_mesh(stage, f"/Object/{name}/visual", Mesh(part.vertices, part.faces))
-        visual.CreateDisplayColorAttr([Gf.Vec3f(*part.colour)])
+        _write_colours(visual, part.colours)
         UsdGeom.Scope.Define(stage, f"/Object/{name}/pieces")
         for index, piece in enumerate(part.pieces):
             mesh = _write_mesh(stage, f"/Object/{name}/pieces/piece_{index:02d}", piece)
@@ -49,6 +50,15 @@ def _write_mesh(stage: Usd.Stage, path: str, mesh: Mesh) -> UsdGeom.Mesh:
     prim.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     prim.CreateExtentAttr(UsdGeom.Boundable.ComputeExtentFromPlugins(prim, Usd.TimeCode.Default()))
     return prim
+
+
+def _write_colours(visual: UsdGeom.Mesh, colours: Array) -> None:
+    """Write a palette, and for each face its place in it where there is more than one colour."""
+    palette, index = np.unique(colours, axis=0, return_inverse=True)
+    primvar = visual.CreateDisplayColorPrimvar(UsdGeom.Tokens.uniform if len(palette) > 1 else UsdGeom.Tokens.constant)
+    primvar.Set([Gf.Vec3f(*vector(colour)) for colour in palette])
+    if len(palette) > 1:
+        primvar.SetIndices(index.ravel().tolist())
 
 
 def write_hinge(stage: Usd.Stage, root: str, model: ObjectModel) -> None:
@@ -106,7 +116,6 @@ def _read_part(reader: StageReader, name: str) -> PartModel:
     mass, com, inertia = reader.mass(reader.prim(f"/Object/{name}"))
     visual = reader.prim(f"/Object/{name}/visual")
     mesh = _read_mesh(reader, visual)
-    red, green, blue = reader.array(visual, "primvars:displayColor", (1, 3))[0]
     pieces = reader.prim(f"/Object/{name}/pieces").GetChildren()
     return PartModel(
         mass=mass,
@@ -115,8 +124,20 @@ def _read_part(reader: StageReader, name: str) -> PartModel:
         vertices=mesh.vertices,
         faces=mesh.faces,
         pieces=tuple(_read_mesh(reader, piece) for piece in pieces),
-        colour=(float(red), float(green), float(blue)),
+        colours=_read_colours(reader, visual, len(mesh.faces)),
     )
+
+
+def _read_colours(reader: StageReader, visual: Usd.Prim, face_count: int) -> Array:
+    palette = reader.array(visual, "primvars:displayColor", (-1, 3))
+    name = "primvars:displayColor:indices"
+    if visual.GetAttribute(name).HasAuthoredValue():
+        index = reader.array(visual, name, (face_count,)).astype(np.int64)
+    else:
+        index = np.arange(face_count) if len(palette) == face_count else np.zeros(face_count, np.int64)
+    if not (len(palette) and (index >= 0).all() and (index < len(palette)).all()):
+        raise reader.error(f"{visual.GetPath()}.primvars:displayColor", "expected one colour, or one for each face")
+    return palette[index]
 
 
 def _read_mesh(reader: StageReader, prim: Usd.Prim) -> Mesh:

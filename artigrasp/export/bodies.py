@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from artigrasp.assets.hand import HandModel, load_hand
 from artigrasp.assets.object import ObjectModel, load_object
-from artigrasp.export.surface import Surface, link_surface, mesh_surface
+from artigrasp.export.surface import Surface, link_surface, part_surface
 from artigrasp.kernels.layout import ARTICULATED, LINK_COUNT, LINKS, PARTS
 from artigrasp.motion.file import Motion
 from artigrasp.motion.kinematics import link_poses, part_poses, pose_object
@@ -28,13 +28,13 @@ class Body:
     Attributes:
         name: Name of the hand link or object part.
         surface: In the frame of the body.
-        colour: Linear RGB, each 0 to 1.
+        colours: Linear RGB of each face of the surface, each 0 to 1, shape ``[F, 3]``.
         poses: Of the body in the world: position [m], quaternion xyzw, shape ``[T, 7]``.
     """
 
     name: str
     surface: Surface
-    colour: Colour
+    colours: NDArray[np.float64]
     poses: NDArray[np.float32]
 
 
@@ -51,16 +51,21 @@ def hand_bodies(motion: Motion, hands: Sequence[HandModel]) -> list[tuple[Body, 
     """The 16 links of each hand of a motion."""
     poses = link_poses(motion, hands)
     return [
-        tuple(Body(LINKS[link], link_surface(hand, link), SKIN, poses[:, index, link]) for link in range(LINK_COUNT))
+        tuple(_link_body(hand, link, poses[:, index, link]) for link in range(LINK_COUNT))
         for index, hand in enumerate(hands)
     ]
+
+
+def _link_body(hand: HandModel, link: int, poses: NDArray[np.float32]) -> Body:
+    surface = link_surface(hand, link)
+    return Body(LINKS[link], surface, np.tile(SKIN, (len(surface.faces), 1)), poses)
 
 
 def object_bodies(motion: Motion, object: ObjectModel) -> tuple[Body, ...]:
     """The two parts of the object of a motion."""
     poses = part_poses(motion, object)
     return tuple(
-        Body(name, mesh_surface(part.vertices, part.faces), part.colour, poses[:, index])
+        Body(name, *part_surface(part), poses[:, index])
         for index, (name, part) in enumerate(zip(PARTS, object.parts, strict=True))
     )
 
@@ -68,8 +73,7 @@ def object_bodies(motion: Motion, object: ObjectModel) -> tuple[Body, ...]:
 def target_ghost(motion: Motion, object: ObjectModel) -> Body:
     """The articulated part as it would be at the target angle, on the base, wherever that goes."""
     poses = pose_object(motion.object_pose, np.full(len(motion.time), motion.target_angle, np.float32), object)
-    part = object.parts[ARTICULATED]
-    return Body("target", mesh_surface(part.vertices, part.faces), part.colour, poses[:, ARTICULATED])
+    return Body("target", *part_surface(object.parts[ARTICULATED]), poses[:, ARTICULATED])
 
 
 def box_corners(bodies: Sequence[Body], samples: NDArray[np.integer]) -> NDArray[np.float64]:

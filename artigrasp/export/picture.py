@@ -111,7 +111,7 @@ class MotionPictures:
             hand.of_faces(share * np.array(SKIN) + (1 - share) * BLUSH)
             for hand, share in zip(self._hands, blush, strict=True)
         ]
-        colours += [np.broadcast_to(part.colour, part.surface.faces.shape) for part in self._parts]
+        colours += [part.colours for part in self._parts]
         surfaces = [hand.posed(poses[sample]) for hand, poses in zip(self._hands, self._link_poses, strict=True)]
         surfaces += [place(part.surface, part.poses[sample]) for part in self._parts]
         image = render_surface(

@@ -15,7 +15,7 @@ from artigrasp.export.hand_surface import hand_surface
 from artigrasp.export.image_file import STILL_SUFFIXES, check_image, save_image
 from artigrasp.export.lettering import FAINT_INK, INK, Band, Rgb, arrange
 from artigrasp.export.raycaster import render_surface, to_srgb
-from artigrasp.export.surface import Surface, join, mesh_surface, place
+from artigrasp.export.surface import Surface, join, part_surface, place
 from artigrasp.export.viewpoint import telling_directions
 from artigrasp.kernels.layout import HANDS
 from artigrasp.motion.kinematics import posed_references
@@ -53,8 +53,7 @@ class ReferencePictures:
         self._references, self._size, self._views = references, size, views
         hands, object = [load_hand(references.hand, side) for side in HANDS], load_object(references.object)
         self._hands = [hand_surface(hand, rigid=links) for hand in hands]
-        self._parts = [mesh_surface(part.vertices, part.faces) for part in object.parts]
-        self._part_colours = [part.colour for part in object.parts]
+        self._parts = [part_surface(part) for part in object.parts]
         self._link_poses, self._part_poses = posed_references(references, hands, object)
 
     def scene(self, row: int) -> tuple[Surface, NDArray[np.float64], NDArray[np.float64]]:
@@ -66,9 +65,9 @@ class ReferencePictures:
             of_links = np.stack([1.0 - touches, touches], axis=1)
             colours.append(self._hands[hand].of_faces(of_links @ np.array([SKIN, CONTACT])))
             weights.append(self._hands[hand].of_faces(of_links @ np.array([1.0, CONTACT_WEIGHT])))
-        for part, colour in enumerate(self._part_colours):
-            surfaces.append(place(self._parts[part], self._part_poses[row, part]))
-            colours.append(np.broadcast_to(colour, surfaces[-1].faces.shape))
+        for part, (surface, colours_of_faces) in enumerate(self._parts):
+            surfaces.append(place(surface, self._part_poses[row, part]))
+            colours.append(colours_of_faces)
             weights.append(np.full(len(surfaces[-1].faces), OBJECT_WEIGHT))
         whole = join(surfaces)
         # Hands may be below the object: the floor is below them.

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from artigrasp.assets.hand import Capsule, Collider, HandModel
+from artigrasp.assets.object import PartModel
 
 Array = NDArray[np.float64]
 
@@ -36,10 +37,13 @@ class Surface:
 
 def mesh_surface(vertices: Array, faces: NDArray[np.integer]) -> Surface:
     """Give a mesh normals that are smooth across faces, but for creases."""
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
-    mesh.merge_vertices()
-    mesh.update_faces(mesh.nondegenerate_faces())
-    return Surface(np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int32), _corner_normals(mesh))
+    return _surface(*_solid_faces(vertices, faces))
+
+
+def part_surface(part: PartModel) -> tuple[Surface, Array]:
+    """The surface of an object's part, and linear RGB of each of its faces, shape ``[F, 3]``."""
+    mesh, kept = _solid_faces(part.vertices, part.faces)
+    return _surface(mesh, kept), part.colours[kept]
 
 
 def link_surface(hand: HandModel, link: int) -> Surface:
@@ -62,6 +66,18 @@ def place(surface: Surface, pose: NDArray[np.floating]) -> Surface:
     turn = Rotation.from_quat(pose[3:])
     normals = turn.apply(surface.corner_normals.reshape(-1, 3)).reshape(-1, 3, 3)
     return Surface(turn.apply(surface.vertices) + pose[:3], surface.faces, normals)
+
+
+def _solid_faces(vertices: Array, faces: NDArray[np.integer]) -> tuple[trimesh.Trimesh, NDArray[np.bool_]]:
+    """A mesh in which vertices at the same place are one, and which of its faces have an area."""
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    mesh.merge_vertices()
+    return mesh, mesh.nondegenerate_faces()
+
+
+def _surface(mesh: trimesh.Trimesh, kept: NDArray[np.bool_]) -> Surface:
+    mesh.update_faces(kept)
+    return Surface(np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int32), _corner_normals(mesh))
 
 
 def _collider_surface(collider: Collider) -> Surface:

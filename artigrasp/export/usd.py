@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade, Vt
 
 from artigrasp.assets.hand import HandModel
@@ -152,7 +152,7 @@ def _add_body(stage: Usd.Stage, path: str, body: Body, material: str, codes: Seq
         x, y, z, qx, qy, qz, qw = pose
         translate.Set(Gf.Vec3d(x, y, z), code)
         orient.Set(Gf.Quatd(qw, qx, qy, qz).GetNormalized(), code)
-    _add_surface(stage, f"{path}/visual", body.surface, material, body.colour)
+    _add_surface(stage, f"{path}/visual", body.surface, material, body.colours)
     return xform.GetPrim()
 
 
@@ -164,8 +164,12 @@ def _continuous(poses: NDArray[np.float32]) -> NDArray[np.float32]:
     return poses
 
 
-def _add_surface(stage: Usd.Stage, path: str, surface: Surface, material: str, colour: Colour) -> None:
-    """Add a mesh bound to the material of this name, which the first mesh that needs it makes."""
+def _add_surface(stage: Usd.Stage, path: str, surface: Surface, material: str, colours: ArrayLike) -> None:
+    """Add a mesh of one colour, or with one for each face, shape ``[F, 3]``.
+
+    It is bound to the material of this name, which the first mesh that needs it makes; where there are several colours,
+    the faces of each are bound to one of their own.
+    """
     mesh = UsdGeom.Mesh.Define(stage, path)
     points = Vt.Vec3fArray.FromNumpy(surface.vertices.astype(np.float32))
     mesh.CreatePointsAttr(points)
@@ -175,11 +179,21 @@ def _add_surface(stage: Usd.Stage, path: str, surface: Surface, material: str, c
     mesh.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(surface.corner_normals.astype(np.float32).reshape(-1, 3)))
     mesh.SetNormalsInterpolation(UsdGeom.Tokens.faceVarying)
     mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
-    mesh.CreateDisplayColorAttr([Gf.Vec3f(*colour)])
-    UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(_material(stage, material, colour))
+    palette, index = np.unique(np.broadcast_to(colours, surface.faces.shape), axis=0, return_inverse=True)
+    shown = mesh.CreateDisplayColorPrimvar(UsdGeom.Tokens.uniform if len(palette) > 1 else UsdGeom.Tokens.constant)
+    shown.Set(Vt.Vec3fArray.FromNumpy(palette.astype(np.float32)))
+    if len(palette) == 1:
+        UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(_material(stage, material, palette[0]))
+        return
+    shown.SetIndices(Vt.IntArray.FromNumpy(index.ravel().astype(np.int32)))
+    for number, colour in enumerate(palette):
+        faces = Vt.IntArray.FromNumpy(np.flatnonzero(index == number).astype(np.int32))
+        subset = UsdShade.MaterialBindingAPI(mesh).CreateMaterialBindSubset(f"colour_{number:02d}", faces)
+        name = f"{material}{number:02d}"
+        UsdShade.MaterialBindingAPI.Apply(subset.GetPrim()).Bind(_material(stage, name, colour))
 
 
-def _material(stage: Usd.Stage, name: str, colour: Colour) -> UsdShade.Material:
+def _material(stage: Usd.Stage, name: str, colour: NDArray[np.float64]) -> UsdShade.Material:
     UsdGeom.Scope.Define(stage, "/World/Materials")
     path = f"/World/Materials/{name}"
     if stage.GetPrimAtPath(path):
@@ -187,7 +201,7 @@ def _material(stage: Usd.Stage, name: str, colour: Colour) -> UsdShade.Material:
     material = UsdShade.Material.Define(stage, path)
     shader = UsdShade.Shader.Define(stage, f"{path}/Surface")
     shader.CreateIdAttr("UsdPreviewSurface")
-    shader.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(*colour))
+    shader.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(*colour.tolist()))
     shader.CreateInput("roughness", Sdf.ValueTypeNames.Float).Set(ROUGHNESS)
     shader.CreateInput("opacity", Sdf.ValueTypeNames.Float).Set(GHOST_OPACITY if name == "Ghost" else 1.0)
     material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), UsdShade.Tokens.surface)
