@@ -31,6 +31,7 @@ VERBS = (
     "generate",
     "render",
     "export-usd",
+    "export-mano",
     "bench",
 )
 """Every verb, in the order of the help text; the module of `check-asset` is ``check_asset``."""

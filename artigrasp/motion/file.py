@@ -1,119 +1,55 @@
-"""A generated motion and its file."""
+"""The file of a motion; ``docs/motion-format.md`` describes it."""
 
 import json
 import os
-import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from artigrasp.arrays import check_array, check_poses, load_arrays, save_arrays
+from artigrasp.arrays import check_array, load_arrays, save_arrays
+from artigrasp.config import StageConfig
+from artigrasp.config.checks import FieldError
 from artigrasp.errors import UserError
-from artigrasp.kernels.layout import DOF_COUNT, FINGER_DOF_COUNT, HANDS, LINK_COUNT, PARTS
+from artigrasp.kernels.layout import LINK_COUNT
+from artigrasp.motion.mano import mano_parameters
+from artigrasp.motion.motion import Motion, MotionBystanders, MotionReference
+
+__all__ = ["Motion", "MotionBystanders", "MotionReference", "load_motion", "save_motion"]
 
 MOTION_FORMAT = "artigrasp.motion"
-MOTION_VERSION = 1
+MOTION_VERSION = 2
 
-
-@dataclass(frozen=True)
-class MotionReference:
-    """The static hand poses that a motion was generated from."""
-
-    part: NDArray[np.int64]
-    """Object part that each hand manipulates, index into ``PARTS``, shape ``[H]``."""
-    wrist_pose_in_part: NDArray[np.float32]
-    """Pose of the wrist link in the frame of that part: position [m], quaternion xyzw, shape ``[H, 7]``."""
-    finger_angles: NDArray[np.float32]
-    """Finger angles [rad] in the order of ``DOFS``, shape ``[H, 45]``."""
-
-
-@dataclass(frozen=True)
-class Motion:
-    """A recorded motion of one or two hands and a hinged object; T samples, H hands.
-
-    Everything is checked on construction: a motion in memory is a valid motion.
-
-    Raises:
-        ValueError: A field has another shape than given here, a number that is not finite, a quaternion that is not
-            unit, or a name that is unknown. The message starts with the field.
-    """
-
-    time: NDArray[np.float64]
-    """Strictly increasing times of the samples [s], shape ``[T]``, T at least 1."""
-    hands: tuple[str, ...]
-    """Sides of the hands, in the order of ``HANDS``: the hand axis of every array."""
-    hand: str
-    """Name of the hand model."""
-    object: str
-    """Name of the object."""
-    hand_base: NDArray[np.float32]
-    """World frame that the wrist coordinates are relative to: position [m], quaternion xyzw, shape ``[H, 7]``."""
-    joint_q: NDArray[np.float32]
-    """Joint coordinates [m | rad] in the order of ``DOFS``, shape ``[T, H, 51]``."""
-    object_pose: NDArray[np.float32]
-    """Pose of the object's base in the world: position [m], quaternion xyzw, shape ``[T, 7]``."""
-    hinge_angle: NDArray[np.float32]
-    """Angle of the object's hinge [rad], shape ``[T]``."""
-    contact_force: NDArray[np.float32]
-    """Force on each hand link from each object part [N], in the world, mean over the control step that ends at the
-    sample, shape ``[T, H, 16, 2, 3]``."""
-    phases: NDArray[np.str_]
-    """What the controller was doing, such as ``"grasp"``, shape ``[T]``."""
-    target_angle: float
-    """Hinge angle to reach [rad]."""
-    reference: MotionReference | None = None
-    """The reference that the motion was generated from, if it is known."""
-    metrics: Mapping[str, float] = field(default_factory=dict)
-    """Metrics of the motion by name."""
-    provenance: Mapping[str, str] = field(default_factory=dict)
-    """Where the motion came from: task, policy, seed, versions."""
-
-    def __post_init__(self) -> None:
-        hands = tuple(self.hands)
-        if not hands or hands != tuple(side for side in HANDS if side in hands):
-            raise ValueError(f"hands: expected sides out of {HANDS} in this order, found {hands}")
-        for name, value in (("hand", self.hand), ("object", self.object)):
-            if not isinstance(value, str) or not value:
-                raise ValueError(f"{name}: expected a name, found {value!r}")
-        sizes = {"H": len(hands)}
-        checked: dict[str, Any] = {
-            "hands": hands,
-            "time": check_array("time", self.time, ("T",), np.float64, sizes),
-            "hand_base": check_poses("hand_base", self.hand_base, ("H",), sizes),
-            "joint_q": check_array("joint_q", self.joint_q, ("T", "H", DOF_COUNT), np.float32, sizes),
-            "object_pose": check_poses("object_pose", self.object_pose, ("T",), sizes),
-            "hinge_angle": check_array("hinge_angle", self.hinge_angle, ("T",), np.float32, sizes),
-            "contact_force": check_array(
-                "contact_force", self.contact_force, ("T", "H", LINK_COUNT, len(PARTS), 3), np.float32, sizes
-            ),
-            "phases": check_array("phases", self.phases, ("T",), np.str_, sizes),
-            "target_angle": float(check_array("target_angle", self.target_angle, (), np.float64)),
-            "metrics": _checked_metrics(self.metrics),
-            "provenance": _checked_provenance(self.provenance),
-        }
-        if sizes["T"] == 0:
-            raise ValueError("time: expected at least one sample, found none")
-        if (np.diff(checked["time"]) <= 0).any():
-            raise ValueError("time: expected strictly increasing times, found some that do not increase")
-        if self.reference is not None:
-            checked["reference"] = _checked_reference(self.reference, sizes)
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
+_JSON_FIELDS = ("metrics", "provenance")
+_GROUPS: Mapping[str, tuple[str, Any]] = {
+    "bystanders": ("bystander", MotionBystanders),
+    "stage": ("stage", StageConfig),
+    "reference": ("reference", MotionReference),
+}
+"""Fields of a motion that are groups of arrays, or absent: how the arrays' names begin, and what they make."""
+_OPTIONAL_FIELDS = ("target_object_pose",)
+_ARRAY_FIELDS = tuple(
+    field.name for field in fields(Motion) if field.name not in (*_JSON_FIELDS, *_OPTIONAL_FIELDS, *_GROUPS)
+)
+_MANO_FIELDS = {"mano_pose": ("T", "H", LINK_COUNT, 3), "mano_translation": ("T", "H", 3)}
+"""Written for other readers; they follow from the joint coordinates."""
 
 
 def save_motion(path: str | os.PathLike[str], motion: Motion) -> None:
-    """Write a motion to an ``.npz`` file; ``docs/motion-format.md`` describes it.
+    """Write a motion to an ``.npz`` file.
 
     Raises:
         UserError: The place cannot be written to.
     """
     arrays = {name: np.asarray(getattr(motion, name)) for name in _ARRAY_FIELDS}
     arrays |= {name: np.asarray(json.dumps(dict(getattr(motion, name)))) for name in _JSON_FIELDS}
-    if motion.reference is not None:
-        arrays |= {f"reference_{name}": getattr(motion.reference, name) for name in _REFERENCE_FIELDS}
+    arrays |= {name: getattr(motion, name) for name in _OPTIONAL_FIELDS if getattr(motion, name) is not None}
+    for name, (prefix, group) in _GROUPS.items():
+        if (held := getattr(motion, name)) is not None:
+            arrays |= {f"{prefix}_{each.name}": np.asarray(getattr(held, each.name)) for each in fields(group)}
+    arrays |= dict(zip(_MANO_FIELDS, mano_parameters(motion), strict=True))
     save_arrays(path, MOTION_FORMAT, MOTION_VERSION, arrays)
 
 
@@ -125,74 +61,42 @@ def load_motion(path: str | os.PathLike[str]) -> Motion:
             message names the file and the field.
     """
     arrays = load_arrays(path, MOTION_FORMAT, MOTION_VERSION)
-    reference_fields = [f"reference_{name}" for name in _REFERENCE_FIELDS]
-    has_reference = not arrays.keys().isdisjoint(reference_fields)
-    expected = [*_ARRAY_FIELDS, *_JSON_FIELDS, *(reference_fields if has_reference else ())]
+    groups = {
+        name: {each.name: f"{prefix}_{each.name}" for each in fields(group)}
+        for name, (prefix, group) in _GROUPS.items()
+    }
+    present = {name: names for name, names in groups.items() if not arrays.keys().isdisjoint(names.values())}
+    expected = [*_ARRAY_FIELDS, *_JSON_FIELDS, *(each for names in present.values() for each in names.values())]
     for name in expected:
         if name not in arrays:
             raise UserError(f"{path}: {name}: this field is missing")
     for name in arrays:
-        if name not in expected:
+        if name not in (*expected, *_OPTIONAL_FIELDS, *_MANO_FIELDS):
             raise UserError(f"{path}: {name}: unknown field")
     try:
-        fields: dict[str, Any] = dict(arrays)
-        fields["hands"] = tuple(check_array("hands", arrays["hands"], ("H",), np.str_).tolist())
-        fields |= {name: _text(name, arrays[name]) for name in ("hand", "object")}
-        fields |= {name: _table(name, arrays[name]) for name in _JSON_FIELDS}
-        if has_reference:
-            reference = {name: fields.pop(f"reference_{name}") for name in _REFERENCE_FIELDS}
-            fields["reference"] = MotionReference(**reference)
-        return Motion(**fields)
+        values: dict[str, Any] = dict(arrays)
+        sizes = {"T": values["time"].size, "H": values["hands"].size}
+        for name, shape in _MANO_FIELDS.items():
+            if name in values:
+                check_array(name, values.pop(name), shape, np.float32, sizes)
+        values["hands"] = tuple(check_array("hands", arrays["hands"], ("H",), np.str_).tolist())
+        values |= {name: _text(name, arrays[name]) for name in ("hand", "object")}
+        values |= {name: _table(name, arrays[name]) for name in _JSON_FIELDS}
+        for name, names in present.items():
+            held = {each: values.pop(stored) for each, stored in names.items()}
+            values[name] = _stage(**held) if name == "stage" else _GROUPS[name][1](**held)
+        return Motion(**values)
     except ValueError as error:
         raise UserError(f"{path}: {error}") from error
 
 
-_ARRAY_FIELDS = (
-    "time",
-    "hands",
-    "hand",
-    "object",
-    "hand_base",
-    "joint_q",
-    "object_pose",
-    "hinge_angle",
-    "contact_force",
-    "phases",
-    "target_angle",
-)
-_JSON_FIELDS = ("metrics", "provenance")
-_REFERENCE_FIELDS = ("part", "wrist_pose_in_part", "finger_angles")
-
-
-def _checked_reference(reference: MotionReference, sizes: dict[str, int]) -> MotionReference:
-    part = check_array("reference_part", reference.part, ("H",), np.int64, sizes)
-    if not np.isin(part, range(len(PARTS))).all():
-        raise ValueError(f"reference_part: expected 0 to {len(PARTS) - 1}, found {part.tolist()}")
-    return MotionReference(
-        part=part,
-        wrist_pose_in_part=check_poses("reference_wrist_pose_in_part", reference.wrist_pose_in_part, ("H",), sizes),
-        finger_angles=check_array(
-            "reference_finger_angles", reference.finger_angles, ("H", FINGER_DOF_COUNT), np.float32, sizes
-        ),
-    )
-
-
-def _checked_metrics(metrics: Mapping[str, float]) -> dict[str, float]:
-    for name, value in metrics.items():
-        if (
-            isinstance(value, bool)
-            or not isinstance(value, (int, float, np.number))
-            or not abs(value) <= sys.float_info.max
-        ):
-            raise ValueError(f"metrics: {name}: expected a finite number, found {value!r}")
-    return {str(name): float(value) for name, value in metrics.items()}
-
-
-def _checked_provenance(provenance: Mapping[str, str]) -> dict[str, str]:
-    for name, value in provenance.items():
-        if not isinstance(value, str):
-            raise ValueError(f"provenance: {name}: expected a string, found {value!r}")
-    return dict(provenance)
+def _stage(height: NDArray[Any], size: NDArray[Any], position: NDArray[Any]) -> StageConfig:
+    width, depth = check_array("stage_size", size, (2,), np.float64).tolist()
+    x, y = check_array("stage_position", position, (2,), np.float64).tolist()
+    try:
+        return StageConfig(float(check_array("stage_height", height, (), np.float64)), (width, depth), (x, y))
+    except FieldError as error:
+        raise ValueError(f"stage_{error}") from None
 
 
 def _text(name: str, array: NDArray[Any]) -> str:

@@ -16,7 +16,7 @@ from artigrasp.controllers.skills import in_free_scene, with_skills
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.worlds import planned_worlds
 from artigrasp.kernels.phases import OUTCOMES
-from artigrasp.motion.file import Motion, MotionReference
+from artigrasp.motion.motion import Motion, MotionBystanders, MotionReference
 from artigrasp.references.reference import ReferenceSet
 
 
@@ -93,20 +93,22 @@ class MotionRecorder:
         """Record ``world`` of ``environment``."""
         self._environment, self._world = environment, world
         self._steps: list[int] = []
-        self._samples: dict[str, list[NDArray[np.float32]]] = {
-            name: [] for name in ("joint_q", "hand_base", "object_pose", "hinge_angle", "contact_force")
+        self._samples: dict[str, list[NDArray[Any]]] = {
+            name: [] for name in ("joint_q", "hand_base", "slot_pose", "slot_angle", "contact_force", "focus")
         }
         self._phases: list[str] = []
 
     def record(self, step: int) -> None:
         """Take the present state as the sample of this control step."""
-        hands, objects = self._environment.state.hands, self._environment.state.objects
+        state = self._environment.state
+        hands, slots = state.hands, state.slots
         arrays = {
             "joint_q": hands.joint_q,
             "hand_base": hands.hand_base,
-            "object_pose": objects.pose,
-            "hinge_angle": objects.hinge_q,
+            "slot_pose": slots.pose,
+            "slot_angle": slots.hinge_q,
             "contact_force": hands.contact_force,
+            "focus": state.focus,
         }
         self._steps.append(step)
         self._phases.append(self._phase_name(step))
@@ -120,15 +122,22 @@ class MotionRecorder:
         goal, summary = environment.goal, environment.episode_summary()
         samples = {name: np.stack(values) for name, values in self._samples.items()}
         hand_bases = samples.pop("hand_base")
-        samples["joint_q"] = relative_to_first_base(samples["joint_q"], hand_bases)
+        poses, angles, focus = (samples.pop(name) for name in ("slot_pose", "slot_angle", "focus"))
         return Motion(
             time=np.array(self._steps) * task.control_dt,
             hands=task.hands,
             hand=environment.hand_name,
             object=reference.object,
             hand_base=hand_bases[0],
+            joint_q=relative_to_first_base(samples["joint_q"], hand_bases),
+            object_pose=poses[:, 0],
+            hinge_angle=angles[:, 0],
+            contact_force=samples["contact_force"],
             phases=np.array(self._phases),
             target_angle=float(self._read(goal.target_angle)),
+            target_object_pose=self._read(goal.target_object_pose),
+            bystanders=self._bystanders(poses, angles, focus),
+            stage=task.stage,
             reference=MotionReference(
                 part=self._read(goal.part),
                 wrist_pose_in_part=self._read(goal.wrist_pose_in_part),
@@ -144,8 +153,13 @@ class MotionRecorder:
                 "seed": str(seed),
                 **{name: importlib.metadata.version(name) for name in ("artigrasp", "newton", "mujoco", "warp-lang")},
             },
-            **samples,
         )
+
+    def _bystanders(
+        self, poses: NDArray[np.float32], angles: NDArray[np.float32], focus: NDArray[np.int64]
+    ) -> MotionBystanders | None:
+        names = tuple(each.object for each in self._environment.bystanders)
+        return MotionBystanders(names, poses[:, 1:], angles[:, 1:], focus) if names else None
 
     def _read(self, array: wp.array) -> NDArray[Any]:
         # a copy: on the CPU the rows would go on changing with the environment's

@@ -11,13 +11,10 @@ from artigrasp.assets.object import ObjectModel
 from artigrasp.errors import UserError, unknown
 from artigrasp.kernels.layout import ARTICULATED, BASE, HANDS
 from artigrasp.references.arctic_labels import LabelledFrame
+from artigrasp.references.mano_pose import finger_angles, wrist_pose
 from artigrasp.references.reference import ReferenceSet
 
 Array = NDArray[np.float64]
-
-WRIST_FROM_MANO = {"right": np.array([0.09566994, 0.00638343, 0.0061863])}
-WRIST_FROM_MANO["left"] = WRIST_FROM_MANO["right"] * [-1, 1, 1]
-"""MANO's wrist joint for the mean shape, about which a hand turns, from MANO's translation [m]."""
 
 TASKS = {
     "right_arti": ("articulate", ("right",)),
@@ -94,17 +91,6 @@ def resting_pose(model: ObjectModel, rotation: Rotation, angle: float) -> RigidT
     lowest = rotation.apply(model.vertices_in_base(angle))[:, 2].min()
     centre = rotation.apply(model.parts[BASE].com)
     return RigidTransform.from_components([-centre[0], -centre[1], -lowest], rotation)
-
-
-def wrist_pose(rotation: Array, translation: Array, side: str) -> RigidTransform:
-    """Wrist frames from ARCTIC's rotation vectors [rad] and MANO's translations [m], both of shape (..., 3)."""
-    return RigidTransform.from_components(translation + WRIST_FROM_MANO[side], Rotation.from_rotvec(rotation))
-
-
-def finger_angles(rotation_vectors: Array) -> Array:
-    """Intrinsic XYZ angles [rad] of rotation vectors of the finger joints, mean pose included, both (..., 45)."""
-    angles: Array = Rotation.from_rotvec(rotation_vectors.reshape(-1, 3)).as_euler("XYZ")
-    return angles.reshape(rotation_vectors.shape)
 
 
 def base_pose(state: Array) -> RigidTransform:

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.object import ObjectModel
 from artigrasp.kernels.layout import ARTICULATED, BASE, HANDS
-from artigrasp.references.arctic_references import base_pose, finger_angles, pose_array, wrist_pose
+from artigrasp.references.arctic_references import base_pose, pose_array
 from artigrasp.references.arctic_sequence import Array, Sequence
 from artigrasp.references.hand_distance import link_distances
+from artigrasp.references.mano_pose import finger_angles, wrist_pose
 
 THICKNESS = 0.03
 """No point of a link's surface is further than this from the points that distances are measured from [m]."""

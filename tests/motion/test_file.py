@@ -4,6 +4,7 @@ import dataclasses
 import io
 import json
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +13,18 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from artigrasp.config import StageConfig
 from artigrasp.errors import UserError
 from artigrasp.kernels.layout import DOF_COUNT, LINK_COUNT
-from artigrasp.motion.file import Motion, load_motion, save_motion
-from tests.motion.example import example_motion
+from artigrasp.motion.file import Motion, MotionBystanders, load_motion, save_motion
+from tests.motion.example import example_motion, random_poses
+
+BYSTANDERS = MotionBystanders(
+    objects=("mixer", "lidded-box"),
+    pose=random_poses(np.random.default_rng(1), 5, 2),
+    hinge_angle=np.linspace(0, 1, 10).reshape(5, 2),
+    focus=np.array([0, 0, 1, 2, 2]),
+)
 
 
 def assert_equal(actual: Any, expected: Any) -> None:
@@ -34,13 +43,43 @@ def test_round_trip(tmp_path: Path, hands: tuple[str, ...], with_reference: bool
     """A motion comes back bit for bit, with its types."""
     motion = example_motion(hands=hands)
     if not with_reference:
-        motion = dataclasses.replace(motion, reference=None)
+        motion = replace(motion, reference=None)
     path = tmp_path / "motion.npz"
     save_motion(path, motion)
     loaded = load_motion(path)
     assert_equal(loaded, motion)
     assert loaded.time.dtype == np.float64 and loaded.joint_q.dtype == np.float32
     assert loaded.metrics == motion.metrics and loaded.provenance == motion.provenance
+
+
+def test_the_whole_scene_comes_back(tmp_path: Path) -> None:
+    """Target pose, bystanders and stage are kept too."""
+    motion = replace(
+        example_motion(sample_count=5),
+        target_object_pose=[0.1, 0.2, 0.3, 0.0, 0.0, 0.6, 0.8],
+        bystanders=BYSTANDERS,
+        stage=StageConfig(0.05, (0.3, 0.2), (0.5, -0.25)),
+    )
+    save_motion(tmp_path / "motion.npz", motion)
+    assert_equal(load_motion(tmp_path / "motion.npz"), motion)
+
+
+def test_a_stage_checks_itself(tmp_path: Path) -> None:
+    """A stage that is none is told by the file's name for it."""
+    path = tmp_path / "motion.npz"
+    save_motion(path, replace(example_motion(), stage=StageConfig(0.05, (0.3, 0.2))))
+    _write_members(path, _members(path) | {"stage_height.npy": _npy(np.asarray(-1.0))})
+    with pytest.raises(UserError, match=r"motion.npz: stage_height: expected .*, found -1"):
+        load_motion(path)
+
+
+def test_files_of_version_1_are_read(tmp_path: Path) -> None:
+    """They lack what version 2 added, none of which they need."""
+    path, motion = tmp_path / "motion.npz", example_motion()
+    save_motion(path, motion)
+    members = {name: content for name, content in _members(path).items() if not name.startswith("mano_")}
+    _write_members(path, members | {"version.npy": _npy(np.asarray(1))})
+    assert_equal(load_motion(path), motion)
 
 
 @pytest.mark.parametrize(
@@ -58,12 +97,16 @@ def test_round_trip(tmp_path: Path, hands: tuple[str, ...], with_reference: bool
         ({"target_angle": float("inf")}, "target_angle: expected a finite number"),
         ({"metrics": {"aae": float("nan")}}, "metrics: aae: expected a finite number"),
         ({"provenance": {"seed": 3}}, "provenance: seed: expected a string"),
+        ({"target_object_pose": np.zeros(7)}, "target_object_pose: expected a unit quaternion"),
+        ({"bystanders": replace(BYSTANDERS, objects=("", "mixer"))}, "bystander_objects: expected at least one name"),
+        ({"bystanders": replace(BYSTANDERS, hinge_angle=np.zeros((5, 1)))}, r"bystander_hinge_angle: expected shape"),
+        ({"bystanders": replace(BYSTANDERS, focus=[0, 1, 2, 3, 0])}, "bystander_focus: expected 0 to 2"),
     ],
 )
 def test_motion_checks_itself(change: dict[str, Any], message: str) -> None:
     """A motion with a wrong field cannot be made, and the message says what is wrong."""
     with pytest.raises(ValueError, match=message):
-        dataclasses.replace(example_motion(sample_count=5), **change)
+        replace(example_motion(sample_count=5), **change)
 
 
 def _members(path: Path) -> dict[str, bytes]:
@@ -87,7 +130,7 @@ def _npy(value: Any) -> bytes:
     ("field", "value", "message"),
     [
         ("format", np.asarray("artigrasp.references"), "format: expected 'artigrasp.motion'"),
-        ("version", np.asarray(2), "version: expected at most 1, found 2: a newer version"),
+        ("version", np.asarray(3), "version: expected at most 2, found 3: a newer version"),
         ("joint_q", np.zeros((2, 1, DOF_COUNT)), r"joint_q: expected shape \(T=5, H=1, 51\)"),
         ("joint_q", np.asarray([None]), "Object arrays cannot be loaded"),
         (
@@ -99,6 +142,8 @@ def _npy(value: Any) -> bytes:
         ("metrics", np.asarray("[" * 100_000), "metrics: expected a JSON object"),
         ("metrics", np.asarray(json.dumps({"aae": 10**400})), "metrics: aae: expected a finite number"),
         ("metrics", np.asarray(json.dumps({"aae": "low"})), "metrics: aae: expected a finite number"),
+        ("mano_pose", np.zeros((5, 1, 15, 3)), r"mano_pose: expected shape"),
+        ("stage_size", np.ones(2), "stage_height: this field is missing"),
         ("hands", np.asarray("right"), "hands: expected shape"),
         ("speed", np.zeros(3), "speed: unknown field"),
         ("reference_part", None, "reference_part: this field is missing"),

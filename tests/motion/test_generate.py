@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import warp as wp
 
-from artigrasp.config import ActionConfig
+from artigrasp.config import ActionConfig, StageConfig
 from artigrasp.controllers.controller import ZeroController, pd_ik_controller
 from artigrasp.environment.environment import Environment
-from artigrasp.environment.worlds import trial_worlds
+from artigrasp.environment.worlds import planned_worlds, trial_worlds
 from artigrasp.motion.file import load_motion, save_motion
 from artigrasp.motion.generate import MotionRecorder, generate, phase_name
 from artigrasp.tasks import get_task
@@ -72,6 +72,36 @@ def test_one_of_many_worlds_is_recorded() -> None:
     assert (motion.joint_q[0] != motion.joint_q[2]).any()
     np.testing.assert_array_equal(motion.hand_base, base)
     assert motion.provenance["reference"] == "made by hand 2" and motion.target_angle == 0.5
+
+
+def test_the_whole_scene_is_recorded() -> None:
+    """Bystanders, which of the objects the hands are about, the stage, and where the object should go."""
+    references = [box_references().select(indices=[0])]
+    offset = np.array([[0.1, 0.0, 0.2, 0.0, 0.0, 0.0, 1.0]])
+    worlds = planned_worlds(references, [0], [0], 1.0, target_offset=offset)
+    stage = StageConfig(0.03, (0.2, 0.2), (0.5, 0.0))
+    environment = Environment(
+        replace(get_task("both-free"), stage=stage), references, worlds, bystanders=references, noise=False,
+        simulator=TWO_THREADS,
+    )  # fmt: skip
+    place = np.array([0.5, 0.0, 0.2, 0.0, 0.0, 1.0, 0.0], np.float32)
+    environment.place_bystander(1, place, 0.4)
+    environment.reset()
+    recorder = MotionRecorder(environment, world=0)
+    for step in range(3):
+        recorder.record(step)
+        environment.set_focus(1)
+        play(environment, random_actions(environment, 1, seed=step))
+    motion = recorder.motion(ZeroController(environment.task), seed=0)
+    assert motion.stage == stage and motion.bystanders is not None
+    assert motion.bystanders.objects == ("lidded-box",) and motion.bystanders.focus.tolist() == [0, 1, 1]
+    np.testing.assert_allclose(motion.bystanders.pose[0, 0], place, atol=1e-6)
+    assert motion.bystanders.hinge_angle[0, 0] == pytest.approx(0.4) and motion.bystanders.pose[2, 0, 2] < place[2]
+    np.testing.assert_allclose(motion.object_pose[2], motion.object_pose[0], atol=2e-3)
+    assert motion.target_object_pose is not None
+    np.testing.assert_allclose(
+        motion.target_object_pose, motion.object_pose[0] + offset[0] - [0, 0, 0, 0, 0, 0, 1], atol=1e-6
+    )
 
 
 def test_a_motion_has_one_reference() -> None:

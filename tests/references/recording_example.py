@@ -15,8 +15,8 @@ from artigrasp.assets.arctic_hand import mean_pose_path, save_mean_pose
 from artigrasp.assets.hand import load_hand, write_hand
 from artigrasp.assets.object import load_object, write_object
 from artigrasp.kernels.layout import HANDS
-from artigrasp.references.arctic_references import WRIST_FROM_MANO
 from artigrasp.references.arctic_sequence import Recording
+from artigrasp.references.mano_pose import WRIST_FROM_MANO
 from tests.references.arctic_example import save
 
 FRAME_COUNT = 220
