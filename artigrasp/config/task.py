@@ -15,6 +15,9 @@ from artigrasp.config.stage import StageConfig
 Side = Literal["left", "right"]
 Kind = Literal["articulate", "grasp"]
 
+MIRRORED = "mirrored"
+"""Name of the network that acts for both hands, right ones as they are and left ones mirrored."""
+
 
 @dataclass(frozen=True)
 class TaskConfig:
@@ -30,6 +33,9 @@ class TaskConfig:
     """Whether the object's base is fixed in space; if not, the object stands on the plane z = 0."""
     stage: StageConfig | None = None
     """A plateau that stands on the plane beside or under the object."""
+    policies: Literal["per-hand", "mirrored"] = "per-hand"
+    """Whether each hand has a policy and a learner of its own (the paper), or one policy acts for both and learns from
+    both, to which a left hand is shown as its mirror image."""
     kinds: tuple[Kind, ...] = ("articulate",)
     """Kinds of references that the task draws from."""
     episode_steps: int = 300
@@ -67,6 +73,11 @@ class TaskConfig:
         if self.world_count < least:
             expected = f"at least {least}, for {self.ppo.mini_batches} mini-batches"
             raise FieldError.mismatch("world_count", expected, self.world_count)
+
+    @property
+    def networks(self) -> tuple[str, ...]:
+        """Names of the policy's networks: the hands', or the one that acts for both."""
+        return self.hands if self.policies == "per-hand" else (MIRRORED,)
 
     @property
     def control_dt(self) -> float:

@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 from tensordict import TensorDict
 
 from artigrasp.config import ActionConfig, TaskConfig
+from artigrasp.config.task import MIRRORED, Side
+from artigrasp.controllers.mirror import mirror_actions, mirror_features
 from artigrasp.controllers.network import OBSERVATION_GROUP
-from artigrasp.controllers.policy_file import PolicyFile, make_actor
+from artigrasp.controllers.policy_file import PolicyFile, make_actors
 from artigrasp.environment.environment import action_count
 
 
@@ -101,14 +103,25 @@ class PolicyController:
     rollout_count = 0
 
     def __init__(self, policy: PolicyFile) -> None:
-        """Load the network's weights."""
+        """Load the networks' weights."""
         self.task, self.hand = policy.task, policy.hand
-        self._actor = make_actor(policy).eval()
+        self._actors = {name: actor.eval() for name, actor in make_actors(policy).items()}
 
     def act(self, features: NDArray[np.float32]) -> NDArray[np.float32]:
-        """The policy's mean action."""
-        worlds, hands, size = features.shape
-        rows = torch.from_numpy(features.reshape(-1, size).copy())
+        """The policy's mean action for every hand of the task's scene.
+
+        A hand for which there is no network is acted for by the other's, as its mirror image.
+        """
+        seen = torch.from_numpy(features.copy())
         with torch.inference_mode():
-            actions = self._actor(TensorDict({OBSERVATION_GROUP: rows}, batch_size=len(rows)))
-        return np.asarray(actions.numpy(), dtype=np.float32).reshape(worlds, hands, -1)
+            columns = [self._act_for(side, seen[:, hand]) for hand, side in enumerate(self.task.hands)]
+        return np.stack([column.numpy() for column in columns], axis=1).astype(np.float32)
+
+    def _act_for(self, side: Side, features: torch.Tensor) -> torch.Tensor:
+        """Actions [world, action] of one hand."""
+        (other,) = {"left", "right"} - {side}
+        name = next(each for each in (side, MIRRORED, other) if each in self._actors)
+        is_mirrored = name == other or (name == MIRRORED and side == "left")
+        seen = mirror_features(features) if is_mirrored else features
+        actions: torch.Tensor = self._actors[name](TensorDict({OBSERVATION_GROUP: seen}, batch_size=len(seen)))
+        return mirror_actions(actions, features, self.task.action) if is_mirrored else actions

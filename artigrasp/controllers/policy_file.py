@@ -1,4 +1,4 @@
-"""Policy files: the trained network with the task, hand and objects it was trained on."""
+"""Policy files: the trained networks with the task, hand and objects they were trained on."""
 
 import json
 import warnings
@@ -16,7 +16,8 @@ from artigrasp.errors import UserError
 from artigrasp.files import atomic_write, check_format
 from artigrasp.kernels.layout import FEATURE_COUNT
 
-POLICY_FORMAT, POLICY_VERSION = "artigrasp.policy", 1
+POLICY_FORMAT, POLICY_VERSION = "artigrasp.policy", 2
+"""Version 1 had one network, which acted for every hand as it was."""
 
 
 @dataclass(frozen=True)
@@ -35,10 +36,10 @@ class PolicyFile:
     """Control steps simulated so far, over all worlds."""
     wall_time: float
     """Training time so far [s]."""
-    actor: dict[str, torch.Tensor]
-    """State of the actor network."""
+    actors: dict[str, dict[str, torch.Tensor]]
+    """States of the actor networks, by the task's names of them: ``left`` and ``right``, or ``mirrored``."""
     learner: dict[str, Any] | None = None
-    """Critic, optimizer and random generators, to resume from."""
+    """Critics, optimizers, random generators and more, to resume from."""
 
 
 def save_policy(policy: PolicyFile, target: Path) -> None:
@@ -49,7 +50,7 @@ def save_policy(policy: PolicyFile, target: Path) -> None:
         "task": json.dumps(to_dict(policy.task)),
         "objects": list(policy.objects),
         **{name: getattr(policy, name) for name in ("hand", "seed", "iteration", "control_steps", "wall_time")},
-        "actor": policy.actor,
+        "actors": policy.actors,
         "learner": policy.learner,
     }
     with atomic_write(target) as path:
@@ -89,7 +90,7 @@ def load_policy(path: Path, task: str | None = None) -> PolicyFile:
             iteration=int(contents["iteration"]),
             control_steps=int(contents["control_steps"]),
             wall_time=float(contents["wall_time"]),
-            actor=dict(contents["actor"]),
+            actors=_read_actors(contents, config),
             learner=contents["learner"],
         )
     except (KeyError, TypeError, ValueError) as error:
@@ -97,15 +98,31 @@ def load_policy(path: Path, task: str | None = None) -> PolicyFile:
     if task is not None and config.name != task:
         raise UserError(f"{path}: task: expected a policy for {task!r}, found one for {config.name!r}")
     try:
-        make_actor(policy)
+        make_actors(policy)
     except (AttributeError, RuntimeError, TypeError) as error:
-        raise UserError(f"{path}: actor: expected the weights of the task's network, found others") from error
+        raise UserError(f"{path}: actors: expected the weights of the task's networks, found others") from error
     return policy
 
 
-def make_actor(policy: PolicyFile) -> MLPModel:
-    """The policy's network with its weights."""
-    with torch.random.fork_rng(devices=[]):  # whoever draws random numbers meanwhile draws the same
-        actor = build_actor(policy.task.ppo, FEATURE_COUNT, action_count(policy.task.action))
-    actor.load_state_dict(policy.actor)
-    return actor
+def make_actors(policy: PolicyFile) -> dict[str, MLPModel]:
+    """The policy's networks with their weights, by their names."""
+    actors = {}
+    for name, state in policy.actors.items():
+        with torch.random.fork_rng(devices=[]):  # whoever draws random numbers meanwhile draws the same
+            actors[name] = build_actor(policy.task.ppo, FEATURE_COUNT, action_count(policy.task.action))
+        actors[name].load_state_dict(state)
+    return actors
+
+
+def _read_actors(contents: dict[str, Any], task: TaskConfig) -> dict[str, dict[str, torch.Tensor]]:
+    """The networks' states.
+
+    Raises:
+        ValueError: They are not those of the task.
+    """
+    if contents["version"] == 1:
+        return {name: dict(contents["actor"]) for name in task.hands}
+    actors = {str(name): dict(state) for name, state in contents["actors"].items()}
+    if tuple(actors) != task.networks:
+        raise ValueError(f"actors: expected {', '.join(task.networks)}, found {', '.join(actors) or 'none'}")
+    return actors

@@ -1,7 +1,6 @@
 """PPO training: rsl-rl's learner in a loop that can be stopped at any time and resumed from its newest checkpoint."""
 
 import contextlib
-import io
 import logging
 import time
 from collections.abc import Callable, Iterator
@@ -10,13 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from rsl_rl.algorithms import PPO
 from torch.utils.tensorboard import SummaryWriter
 
-from artigrasp.config import PPOConfig
-from artigrasp.controllers.network import OBSERVATION_SETS, actor_settings, critic_settings
 from artigrasp.controllers.policy_file import PolicyFile, load_policy, save_policy
 from artigrasp.errors import UserError
+from artigrasp.training.learners import Learners
 from artigrasp.training.run_folder import CurvePoint, read_curve, write_curve
 from artigrasp.training.vec_env import HandVecEnv
 
@@ -42,7 +39,7 @@ class IterationReport:
 
 
 class Runner:
-    """Trains one policy and keeps its run folder: checkpoint, policy, learning curve and TensorBoard events.
+    """Trains a policy and keeps its run folder: checkpoint, policy, learning curve and TensorBoard events.
 
     Attributes:
         iteration: Iterations done.
@@ -52,7 +49,7 @@ class Runner:
     """
 
     def __init__(self, env: HandVecEnv, folder: Path, seed: int, thread_count: int = 1) -> None:
-        """Build the learner.
+        """Build the learners.
 
         Args:
             env: The environment with its task.
@@ -66,9 +63,7 @@ class Runner:
         self.task = env.task
         torch.set_num_threads(1)  # while the physics steps; a second pool of threads would only disturb it
         torch.manual_seed(seed)
-        settings = _settings(self.task.ppo, env)
-        with contextlib.redirect_stdout(io.StringIO()):  # rsl-rl prints its networks
-            self.learner = PPO.construct_algorithm(env.get_observations(), env, settings, env.device)
+        self.learners = Learners(self.task, env.get_observations(), env.num_actions)
         self.iteration = 0
         self.control_steps = 0
         self.wall_time = 0.0
@@ -82,7 +77,7 @@ class Runner:
             on_iteration: Called after each one, for progress.
         """
         writer = SummaryWriter(log_dir=str(self.folder), flush_secs=10)
-        self.learner.train_mode()
+        self.learners.train_mode()
         try:
             while self.iteration < iterations:
                 report = self.iterate()
@@ -100,22 +95,19 @@ class Runner:
         observations = self.env.get_observations()
         with torch.inference_mode():
             for _ in range(self.task.ppo.steps_per_env):
-                actions = self.learner.act(observations)
+                actions = self.learners.act(observations)
                 observations, rewards, dones, extras = self.env.step(actions)
-                self.learner.process_env_step(observations, rewards, dones, extras)
-            self.learner.compute_returns(observations)
+                self.learners.record(rewards, dones, extras["time_outs"])
+            self.learners.compute_returns(observations)
         collected = time.perf_counter()
         with _torch_threads(self.thread_count):
-            losses = self.learner.update()
+            metrics: dict[str, float] = self.learners.update()
         learned = time.perf_counter()
         self.iteration += 1
         self.control_steps += (
             self.task.ppo.steps_per_env * self.env.decision_interval * self.env.environment.world_count
         )
         self.wall_time += learned - start
-        metrics = {f"Loss/{name}": value for name, value in losses.items()}
-        metrics["Policy/std"] = float(self.learner.get_policy().output_std.mean().detach())
-        metrics["Policy/learning_rate"] = self.learner.learning_rate
         metrics |= self.env.pop_episode_means()
         metrics |= self.env.pop_failures()
         metrics["Time/collect"], metrics["Time/learn"] = collected - start, learned - collected
@@ -137,11 +129,10 @@ class Runner:
             iteration=self.iteration,
             control_steps=self.control_steps,
             wall_time=self.wall_time,
-            actor=self.learner.actor.state_dict(),
+            actors=self.learners.actors(),
         )
         learner: dict[str, Any] = {
-            "critic": self.learner.critic.state_dict(),
-            "optimizer": self.learner.optimizer.state_dict(),
+            "learners": self.learners.state_dict(),
             "torch_random": _random_generator(environment.device).get_state(),
             "episode": torch.from_numpy(environment.episode.numpy()),
         }
@@ -169,15 +160,12 @@ class Runner:
             if found != expected:
                 raise UserError(f"{path}: {name}: expected {expected}, found {found}")
         try:
-            self.learner.actor.load_state_dict(policy.actor)
-            self.learner.critic.load_state_dict(policy.learner["critic"])
-            self.learner.optimizer.load_state_dict(policy.learner["optimizer"])
+            self.learners.load(policy.actors, policy.learner["learners"])
             _random_generator(environment.device).set_state(policy.learner["torch_random"])
             environment.episode.assign(policy.learner["episode"].numpy() - 1)
         except (AttributeError, KeyError, RuntimeError, TypeError, ValueError) as error:
             detail = str(error).splitlines()[0]
             raise UserError(f"{path}: expected the state of this run's learner, found another: {detail}") from error
-        self.learner.learning_rate = self.learner.optimizer.param_groups[0]["lr"]
         self.env.restart()
         self.iteration, self.control_steps, self.wall_time = policy.iteration, policy.control_steps, policy.wall_time
         self.curve = [point for point in read_curve(self.folder) if point.iteration <= self.iteration]
@@ -199,29 +187,3 @@ def _torch_threads(count: int) -> Iterator[None]:
         yield
     finally:
         torch.set_num_threads(before)
-
-
-def _settings(ppo: PPOConfig, env: HandVecEnv) -> dict[str, Any]:
-    """rsl-rl's settings of a learner."""
-    return {
-        "num_steps_per_env": ppo.steps_per_env,
-        "obs_groups": {name: list(groups) for name, groups in OBSERVATION_SETS.items()},
-        "actor": actor_settings(ppo),
-        "critic": critic_settings(ppo),
-        "multi_gpu": None,
-        "algorithm": {
-            "class_name": "PPO",
-            "num_learning_epochs": ppo.epochs,
-            "num_mini_batches": ppo.mini_batches,
-            "clip_param": ppo.clip,
-            # one PPO step stands for several control steps
-            "gamma": ppo.gamma**env.decision_interval,
-            "lam": ppo.gae_lambda,
-            "value_loss_coef": ppo.value_coefficient,
-            "entropy_coef": ppo.entropy_coefficient,
-            "learning_rate": ppo.learning_rate,
-            "max_grad_norm": ppo.max_grad_norm,
-            "schedule": ppo.schedule,
-            "desired_kl": ppo.desired_kl,
-        },
-    }

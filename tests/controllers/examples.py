@@ -14,7 +14,7 @@ from artigrasp.kernels.layout import FEATURE_COUNT
 def example_policy(task: TaskConfig, **changes: Any) -> PolicyFile:
     """Random weights for a task."""
     torch.manual_seed(0)
-    actor = build_actor(task.ppo, FEATURE_COUNT, action_count(task.action))
+    shape = task.ppo, FEATURE_COUNT, action_count(task.action)
     fields: dict[str, Any] = {
         "task": task,
         "hand": "open",
@@ -23,6 +23,6 @@ def example_policy(task: TaskConfig, **changes: Any) -> PolicyFile:
         "iteration": 7,
         "control_steps": 1200,
         "wall_time": 1.5,
-        "actor": actor.state_dict(),
+        "actors": {name: build_actor(*shape).state_dict() for name in task.networks},
     }
     return PolicyFile(**(fields | changes))

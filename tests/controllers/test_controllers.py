@@ -96,13 +96,15 @@ def test_a_policy_acts_by_its_mean() -> None:
     """The same features give the same actions, row by row what the network says."""
     policy = example_policy(SYNERGY)
     controller = PolicyController(policy)
-    features = np.random.default_rng(0).normal(size=(5, 2, FEATURE_COUNT)).astype(np.float32)
+    features = np.random.default_rng(0).normal(size=(5, 1, FEATURE_COUNT)).astype(np.float32)
     actions = controller.act(features)
-    assert actions.shape == (5, 2, 12) and actions.dtype == np.float32 and actions.any()
+    assert actions.shape == (5, 1, 12) and actions.dtype == np.float32 and actions.any()
     np.testing.assert_array_equal(controller.act(features), actions)
-    np.testing.assert_allclose(controller.act(features[3:4, 1:]), actions[3:4, 1:], atol=1e-6)
+    np.testing.assert_allclose(controller.act(features[3:4]), actions[3:4], atol=1e-6)
     # two hidden layers by hand; the normaliser has seen nothing yet
-    state = {name: value.double().numpy() for name, value in policy.actor.items() if value.is_floating_point()}
+    state = {
+        name: value.double().numpy() for name, value in policy.actors["right"].items() if value.is_floating_point()
+    }
     layers = [(state[f"mlp.{layer}.weight"], state[f"mlp.{layer}.bias"]) for layer in (0, 2, 4)]
     hidden = features.astype(np.float64) / (1.0 + 1e-2)
     for weight, bias in layers[:-1]:

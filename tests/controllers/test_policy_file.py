@@ -1,5 +1,6 @@
 """Policy files: kept exactly, and read without running anything that is in them."""
 
+import json
 import pickle
 from dataclasses import fields, replace
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import Any
 import pytest
 import torch
 
+from artigrasp.config import to_dict
 from artigrasp.controllers.policy_file import load_policy, save_policy
 from artigrasp.errors import UserError
 from artigrasp.tasks import get_task
@@ -43,10 +45,11 @@ def test_a_policy_is_kept_exactly(path: Path) -> None:
     """Every field comes back, the weights bit for bit; the folder holds nothing else."""
     saved, loaded = example_policy(SYNERGY), load_policy(path, task=SYNERGY.name)
     for field in fields(saved):
-        if field.name != "actor":
+        if field.name != "actors":
             assert getattr(loaded, field.name) == getattr(saved, field.name), field.name
-    assert loaded.actor.keys() == saved.actor.keys()
-    assert all(torch.equal(loaded.actor[name], saved.actor[name]) for name in saved.actor)
+    assert loaded.actors.keys() == saved.actors.keys() == {"right"}
+    found, expected = loaded.actors["right"], saved.actors["right"]
+    assert found.keys() == expected.keys() and all(torch.equal(found[name], expected[name]) for name in expected)
     assert list(path.parent.iterdir()) == [path]
 
 
@@ -57,6 +60,18 @@ def test_a_checkpoint_keeps_the_learner(path: Path) -> None:
     found = load_policy(path).learner
     assert found is not None and torch.equal(found["critic"]["weight"], learner["critic"]["weight"])
     assert found["optimizer"] == learner["optimizer"]
+
+
+def test_the_first_version_had_one_network_for_every_hand(path: Path) -> None:
+    """Policies that were written before are read; their network acts for each hand as it is."""
+    contents = torch.load(path, weights_only=True)
+    task = replace(SYNERGY, hands=("left", "right"))
+    weights = contents["actors"]["right"]
+    change(path, version=1, task=json.dumps(to_dict(task)), actors=DROPPED, actor=weights)
+    policy = load_policy(path)
+    assert list(policy.actors) == ["left", "right"]
+    for actor in policy.actors.values():
+        assert all(torch.equal(actor[name], weights[name]) for name in weights)
 
 
 class Trap:
@@ -82,7 +97,7 @@ def test_a_pickle_is_refused_and_does_not_run(path: Path, place: str) -> None:
         if place == "field":
             contents["learner"] = trap
         else:
-            contents["actor"]["trap"] = trap
+            contents["actors"]["right"]["trap"] = trap
         torch.save(contents, path)
     assert "expected a policy file with tensors and plain data only" in refusal(path)
     assert not trap.sprung.exists()
@@ -110,7 +125,7 @@ def test_a_truncated_file_is_refused(path: Path, share: float) -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"version": 2}, "version: expected at most 1, found 2: a newer version of artigrasp wrote this file"),
+        ({"version": 3}, "version: expected at most 2, found 3: a newer version of artigrasp wrote this file"),
         ({"format": "artigrasp.motion"}, "format: expected 'artigrasp.policy', found 'artigrasp.motion'"),
         ({"format": DROPPED}, "format: expected 'artigrasp.policy', found none"),
         ({"hand": DROPPED}, "found a bad or missing field: 'hand'"),
@@ -120,12 +135,11 @@ def test_a_truncated_file_is_refused(path: Path, share: float) -> None:
             {"task": '{"name": "x", "description": "", "reward": {"angel": 1.0}}'},
             "reward.angel: unknown key: did you mean",
         ),
-        ({"actor": {}}, "actor: expected the weights of the task's network, found others"),
-        ({"actor": {"mlp.0.weight": 3}}, "actor: expected the weights of the task's network, found others"),
-        (
-            {"task": '{"name": "x", "description": ""}'},
-            "actor: expected the weights of the task's network, found others",
-        ),
+        ({"actors": {}}, "found a bad or missing field: actors: expected right, found none"),
+        ({"actors": {"left": {}}}, "found a bad or missing field: actors: expected right, found left"),
+        ({"actors": {"right": {}}}, "actors: expected the weights of the task's networks, found others"),
+        ({"actors": {"right": {"mlp.0.weight": 3}}}, "actors: expected the weights of the task's networks"),
+        ({"task": '{"name": "x", "description": ""}'}, "actors: expected the weights of the task's networks"),
     ],
 )
 def test_what_does_not_fit_is_named(path: Path, changes: dict[str, Any], message: str) -> None:

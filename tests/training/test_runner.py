@@ -6,11 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from rsl_rl.algorithms import PPO
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from artigrasp.config import TaskConfig
 from artigrasp.controllers.policy_file import load_policy, save_policy
 from artigrasp.errors import UserError
+from artigrasp.tasks import get_task
 from artigrasp.training import run_folder
 from artigrasp.training import runner as runner_module
 from artigrasp.training.runner import CHECKPOINT, POLICY, IterationReport, Runner
@@ -38,8 +40,18 @@ def make_runner(task: TaskConfig, folder: Path, seed: int = 0) -> Runner:
 
 def weights(runner: Runner) -> dict[str, torch.Tensor]:
     """Everything that was learned, the normaliser's statistics included."""
-    models = {"actor": runner.learner.actor, "critic": runner.learner.critic}
-    return {f"{name}.{key}": value for name, model in models.items() for key, value in model.state_dict().items()}
+    return {
+        f"{each.name}.{model}.{key}": value
+        for each in runner.learners.each
+        for model in ("actor", "critic")
+        for key, value in getattr(each.ppo, model).state_dict().items()
+    }
+
+
+def only_learner(runner: Runner) -> PPO:
+    """rsl-rl's learner of a task with one."""
+    (learner,) = runner.learners.each
+    return learner.ppo
 
 
 def assert_equal_weights(found: dict[str, torch.Tensor], expected: dict[str, torch.Tensor]) -> None:
@@ -49,7 +61,18 @@ def assert_equal_weights(found: dict[str, torch.Tensor], expected: dict[str, tor
         assert torch.equal(found[name], value), name
 
 
-@pytest.mark.parametrize("task", [bandit(), small_paper()], ids=["bandit", "paper"])
+def both_hands(policies: str) -> TaskConfig:
+    """The paper's second phase with short episodes, one of them per iteration."""
+    task = get_task("both-free")
+    ppo = replace(task.ppo, steps_per_env=6, save_interval=2)
+    return replace(task, episode_steps=6, world_count=WORLD_COUNT, ppo=ppo, policies=policies)
+
+
+@pytest.mark.parametrize(
+    "task",
+    [bandit(), small_paper(), both_hands("per-hand"), both_hands("mirrored")],
+    ids=["bandit", "paper", "per-hand", "mirrored"],
+)
 def test_a_resumed_run_goes_on_as_if_never_stopped(task: TaskConfig, tmp_path: Path) -> None:
     """Two and two iterations of learners and environments that share nothing are the four of one run, bit for bit."""
     whole = Runner(make_new_env(task), tmp_path / "whole", seed=0)
@@ -68,7 +91,6 @@ def test_a_resumed_run_goes_on_as_if_never_stopped(task: TaskConfig, tmp_path: P
     for found, expected in zip(later, reports[2:], strict=True):
         kept = [name for name in expected.metrics if not name.startswith("Time/")]
         assert {name: found.metrics[name] for name in kept} == {name: expected.metrics[name] for name in kept}
-    assert resumed.learner.learning_rate == whole.learner.learning_rate
     assert [point.iteration for point in resumed.curve] == [1, 2, 3, 4]
     assert [point.success for point in resumed.curve] == [point.success for point in whole.curve]
     assert resumed.wall_time > later[-1].collect_time
@@ -106,7 +128,8 @@ def test_checkpoint_and_policy_are_of_the_same_iteration(tmp_path: Path) -> None
     assert checkpoint.iteration == policy.iteration == 3
     assert checkpoint.learner is not None and policy.learner is None
     assert (policy.hand, policy.objects, policy.seed, policy.task) == ("open", ("lidded-box",), 0, runner.task)
-    assert_equal_weights(dict(policy.actor), dict(runner.learner.actor.state_dict()))
+    assert policy.actors.keys() == {"right"}
+    assert_equal_weights(policy.actors["right"], dict(only_learner(runner).actor.state_dict()))
 
 
 def test_a_checkpoint_is_whole_or_not_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -151,13 +174,13 @@ def test_discounting_is_per_control_step(tmp_path: Path) -> None:
     """The learner's discount from one decision to the next is gamma to the number of control steps between."""
     task = small_synergy(interval=5)
     task = replace(task, ppo=replace(task.ppo, gamma=0.9))
-    assert make_runner(task, tmp_path).learner.gamma == pytest.approx(0.9**5)
+    assert only_learner(make_runner(task, tmp_path)).gamma == pytest.approx(0.9**5)
 
 
 def test_the_learner_has_the_papers_settings(tmp_path: Path) -> None:
     """What the task says reaches rsl-rl."""
     task = small_paper()
-    learner, ppo = make_runner(task, tmp_path).learner, task.ppo
+    learner, ppo = only_learner(make_runner(task, tmp_path)), task.ppo
     found = (learner.num_learning_epochs, learner.num_mini_batches, learner.clip_param, learner.lam)
     assert found == (ppo.epochs, ppo.mini_batches, ppo.clip, ppo.gae_lambda)
     assert (learner.value_loss_coef, learner.entropy_coef, learner.max_grad_norm) == (0.5, 0.0, 0.5)
@@ -173,7 +196,7 @@ def test_the_learner_has_the_papers_settings(tmp_path: Path) -> None:
         ({"objects": ("box",)}, "objects: expected lidded-box, found box"),
         ({"hand": "mano"}, "hand: expected open, found mano"),
         ({"learner": None}, "expected a checkpoint with the learner's state, found a policy for inference"),
-        ({"learner": {}}, "expected the state of this run's learner, found another: 'critic'"),
+        ({"learner": {}}, "expected the state of this run's learner, found another: 'learners'"),
     ],
 )
 def test_what_is_no_checkpoint_of_the_run_is_refused(tmp_path: Path, changes: dict, message: str) -> None:
@@ -182,7 +205,7 @@ def test_what_is_no_checkpoint_of_the_run_is_refused(tmp_path: Path, changes: di
     runner.save()
     policy = load_policy(tmp_path / CHECKPOINT)
     if "task" in changes:
-        changes["actor"] = make_runner(changes["task"], tmp_path).learner.actor.state_dict()
+        changes["actors"] = make_runner(changes["task"], tmp_path).learners.actors()
     save_policy(replace(policy, **changes), tmp_path / CHECKPOINT)
     with pytest.raises(UserError) as caught:
         make_runner(bandit(), tmp_path).resume()
@@ -217,9 +240,11 @@ def test_only_learning_uses_all_threads(tmp_path: Path, monkeypatch: pytest.Monk
     runner = Runner(make_env(bandit()), tmp_path, seed=0, thread_count=2)
     threads = []
     for name in ("act", "update"):
-        call = getattr(runner.learner, name)
+        call = getattr(only_learner(runner), name)
         monkeypatch.setattr(
-            runner.learner, name, lambda *args, call=call: (threads.append(torch.get_num_threads()), call(*args))[1]
+            only_learner(runner),
+            name,
+            lambda *args, call=call: (threads.append(torch.get_num_threads()), call(*args))[1],
         )
     runner.iterate()
     assert (threads, torch.get_num_threads()) == ([1, 2], 1)

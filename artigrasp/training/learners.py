@@ -1,0 +1,188 @@
+"""rsl-rl's PPO for the hands of a scene: a learner for each hand, or one that learns from both and mirrors the left."""
+
+import contextlib
+import io
+from dataclasses import dataclass
+from typing import Any, cast
+
+import torch
+from rsl_rl.algorithms import PPO
+from rsl_rl.env import VecEnv
+from tensordict import TensorDict
+
+from artigrasp.config import TaskConfig
+from artigrasp.config.task import MIRRORED
+from artigrasp.controllers.mirror import mirror_actions, mirror_features
+from artigrasp.controllers.network import OBSERVATION_GROUP, OBSERVATION_SETS, actor_settings, critic_settings
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """What rsl-rl asks of an environment when it builds a learner."""
+
+    num_envs: int
+    num_actions: int
+
+
+class HandLearner:
+    """A PPO learner with a row for each of its hands in every world.
+
+    Attributes:
+        name: Name of its network, one of the task's.
+        columns: Its hands' indices in the scene.
+        ppo: rsl-rl's learner.
+    """
+
+    def __init__(self, name: str, task: TaskConfig, features: torch.Tensor, action_count: int) -> None:
+        """Build the networks, which draws from PyTorch's random generator.
+
+        Args:
+            name: One of the task's networks.
+            task: What is learned.
+            features: [world, hand, feature] for their size and device.
+            action_count: Length of one hand's action.
+        """
+        self.name, self._action = name, task.action
+        self.columns = [column for column, side in enumerate(task.hands) if name in (side, MIRRORED)]
+        self._mirrored = [i for i, hand in enumerate(self.columns) if name == MIRRORED and task.hands[hand] == "left"]
+        observations = self._observe(features[:, self.columns])
+        rows = cast(VecEnv, _Rows(len(observations), action_count))
+        with contextlib.redirect_stdout(io.StringIO()):  # rsl-rl prints its networks
+            self.ppo = PPO.construct_algorithm(observations, rows, _settings(task), str(features.device))
+
+    def act(self, features: torch.Tensor) -> torch.Tensor:
+        """Sample actions [world, own hand, action] from the features [world, hand, feature] of all hands."""
+        own = features[:, self.columns]
+        actions = self.ppo.act(self._observe(own)).unflatten(0, own.shape[:2])
+        if self._mirrored:
+            # the learner keeps what it did itself; the environment gets the mirror image
+            actions = actions.clone()
+            mirrored = mirror_actions(actions[:, self._mirrored], own[:, self._mirrored], self._action)
+            actions[:, self._mirrored] = mirrored
+        return actions
+
+    def record(self, rewards: torch.Tensor, dones: torch.Tensor, time_outs: torch.Tensor) -> None:
+        """Keep what the last actions led to; all are [world, hand] of all hands."""
+        own = (values[:, self.columns].flatten() for values in (rewards, dones, time_outs))
+        rewards, dones, time_outs = own
+        nothing = TensorDict({}, batch_size=len(rewards))  # rsl-rl looks at the next observations for RND alone
+        self.ppo.process_env_step(nothing, rewards, dones, {"time_outs": time_outs})
+
+    def compute_returns(self, features: torch.Tensor) -> None:
+        """Close the collection with the features [world, hand, feature] that follow it."""
+        self.ppo.compute_returns(self._observe(features[:, self.columns]))
+
+    def state_dict(self) -> dict[str, Any]:
+        """Critic and optimizer; the actor is the policy file's."""
+        return {"critic": self.ppo.critic.state_dict(), "optimizer": self.ppo.optimizer.state_dict()}
+
+    def load_state_dict(self, state: dict[str, Any]) -> None:
+        """Take up :meth:`state_dict`.
+
+        Raises:
+            KeyError, RuntimeError, TypeError, ValueError: It is that of another learner.
+        """
+        self.ppo.critic.load_state_dict(state["critic"])
+        self.ppo.optimizer.load_state_dict(state["optimizer"])
+        self.ppo.learning_rate = self.ppo.optimizer.param_groups[0]["lr"]
+
+    def _observe(self, own: torch.Tensor) -> TensorDict:
+        """Features [world, own hand, feature] as the networks see them."""
+        if self._mirrored:
+            own = own.clone()
+            own[:, self._mirrored] = mirror_features(own[:, self._mirrored])
+        rows = own.flatten(0, 1)
+        return TensorDict({OBSERVATION_GROUP: rows}, batch_size=len(rows), device=rows.device)
+
+
+class Learners:
+    """The learners of all hands; tensors have a row for every hand of every world, as :class:`HandVecEnv` has them."""
+
+    def __init__(self, task: TaskConfig, observations: TensorDict, action_count: int) -> None:
+        """Build the learner of each of the task's networks."""
+        self._hand_count = len(task.hands)
+        features = self._by_hand(observations[OBSERVATION_GROUP])
+        self.each = [HandLearner(name, task, features, action_count) for name in task.networks]
+
+    def train_mode(self) -> None:
+        """Let networks learn, their normalisers included."""
+        for learner in self.each:
+            learner.ppo.train_mode()
+
+    def act(self, observations: TensorDict) -> torch.Tensor:
+        """Sample actions [row, action]."""
+        features = self._by_hand(observations[OBSERVATION_GROUP])
+        actions = [learner.act(features) for learner in self.each]
+        by_hand = actions[0].new_empty((*features.shape[:2], actions[0].shape[-1]))
+        for learner, own in zip(self.each, actions, strict=True):
+            by_hand[:, learner.columns] = own
+        return by_hand.flatten(0, 1)
+
+    def record(self, rewards: torch.Tensor, dones: torch.Tensor, time_outs: torch.Tensor) -> None:
+        """Keep what the last actions led to, all [row]."""
+        for learner in self.each:
+            learner.record(*(self._by_hand(values) for values in (rewards, dones, time_outs)))
+
+    def compute_returns(self, observations: TensorDict) -> None:
+        """Close the collection with the observations that follow it."""
+        for learner in self.each:
+            learner.compute_returns(self._by_hand(observations[OBSERVATION_GROUP]))
+
+    def update(self) -> dict[str, float]:
+        """Learn from what was collected; the losses, exploration and learning rate, by name."""
+        metrics = {}
+        for learner in self.each:
+            losses = {f"Loss/{name}": value for name, value in learner.ppo.update().items()}
+            losses["Policy/std"] = float(learner.ppo.get_policy().output_std.mean().detach())
+            losses["Policy/learning_rate"] = learner.ppo.learning_rate
+            suffix = f"_{learner.name}" if len(self.each) > 1 else ""
+            metrics |= {f"{name}{suffix}": value for name, value in losses.items()}
+        return metrics
+
+    def actors(self) -> dict[str, dict[str, torch.Tensor]]:
+        """States of the actor networks by their names."""
+        return {learner.name: learner.ppo.actor.state_dict() for learner in self.each}
+
+    def state_dict(self) -> dict[str, Any]:
+        """What else there is to each learner, by the name of its network."""
+        return {learner.name: learner.state_dict() for learner in self.each}
+
+    def load(self, actors: dict[str, dict[str, torch.Tensor]], state: dict[str, Any]) -> None:
+        """Take up :meth:`actors` and :meth:`state_dict`.
+
+        Raises:
+            KeyError, RuntimeError, TypeError, ValueError: They are those of other learners.
+        """
+        for learner in self.each:
+            learner.ppo.actor.load_state_dict(actors[learner.name])
+            learner.load_state_dict(state[learner.name])
+
+    def _by_hand(self, rows: torch.Tensor) -> torch.Tensor:
+        return rows.unflatten(0, (-1, self._hand_count))
+
+
+def _settings(task: TaskConfig) -> dict[str, Any]:
+    """rsl-rl's settings of a learner."""
+    ppo = task.ppo
+    return {
+        "num_steps_per_env": ppo.steps_per_env,
+        "obs_groups": {name: list(groups) for name, groups in OBSERVATION_SETS.items()},
+        "actor": actor_settings(ppo),
+        "critic": critic_settings(ppo),
+        "multi_gpu": None,
+        "algorithm": {
+            "class_name": "PPO",
+            "num_learning_epochs": ppo.epochs,
+            "num_mini_batches": ppo.mini_batches,
+            "clip_param": ppo.clip,
+            # one PPO step stands for several control steps
+            "gamma": ppo.gamma**task.action.decision_interval,
+            "lam": ppo.gae_lambda,
+            "value_loss_coef": ppo.value_coefficient,
+            "entropy_coef": ppo.entropy_coefficient,
+            "learning_rate": ppo.learning_rate,
+            "max_grad_norm": ppo.max_grad_norm,
+            "schedule": ppo.schedule,
+            "desired_kl": ppo.desired_kl,
+        },
+    }
