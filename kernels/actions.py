@@ -45,15 +45,17 @@ again."""
 
 FINGER_SYNERGIES = ("finger_flexion", "thumb1_x", "thumb1_y", "thumb1_z", "thumb_flexion")
 WRIST_SYNERGIES = ("wrist_tx", "wrist_ty", "wrist_tz", "wrist_rx", "wrist_ry", "wrist_rz")
-SYNERGIES = (*WRIST_SYNERGIES, *FINGER_SYNERGIES, "lead")
-"""The 12 slow offsets: of the wrist in the manipulated part's frame, of the fingers, and of the lead on the hinge."""
+SYNERGIES = (*WRIST_SYNERGIES, *FINGER_SYNERGIES, "lead", "squeeze", "press")
+"""The directions of slow offsets: of the wrist in the manipulated part's frame, of the fingers, of the lead on the
+hinge, and of how firmly a closed hand holds. A task uses all or some of them."""
 SYNERGY_COUNT = len(SYNERGIES)
+SynergyScale = wp.types.vector(length=SYNERGY_COUNT, dtype=float)
 
 _REFERENCE, _HINGE, _SCHEDULE, _TRANSPORT, _RETREAT, _TRANSIT = map(wp.constant, range(len(WRIST_PRIORS)))
 _CURRENT, _CLOSING, _CLOSED, _OPENING = (wp.constant(row) for row in range(len(FINGER_PRIORS)))
 _WRIST_DOF_COUNT = wp.constant(WRIST_DOF_COUNT)
 _FIRST_FINGER_SYNERGY = wp.constant(len(WRIST_SYNERGIES))
-_LEAD = wp.constant(SYNERGIES.index("lead"))
+_LEAD, _SQUEEZE, _PRESS = (wp.constant(SYNERGIES.index(name)) for name in ("lead", "squeeze", "press"))
 _PALM = wp.constant(KEYPOINTS.index("middle1"))
 
 
@@ -111,7 +113,8 @@ class ActionSettings:
         close_start, close_end: control steps between which the fingers close or open.
         open_fraction: fraction of the reference angles of open fingers.
         squeeze: how far closed fingers are asked to flex beyond the reference, rad.
-        press: how far a wrist is moved towards the other hand as the fingers close, if both take part, m.
+        press: how far a wrist is moved onto what it holds as the fingers close, m: towards the other hand if both take
+            part, else to where its palm looks.
         lead: how far the prior hinge runs ahead of the hinge towards the goal, at most, rad.
         lead_start, lead_end: control steps between which the lead grows from zero to its full size, so that the hand
             arrives and closes before it pulls; with the prior schedule those between which the angle is raised from
@@ -122,9 +125,7 @@ class ActionSettings:
         pregrasp_distance, idle_distance: from the reference where the prior transit ends, m, for hands that take part
             and those that do not.
         wrist_clearance: least height of the wrist over the table with the priors retreat and transit, m.
-        wrist_translation_scale, wrist_rotation_scale: m and rad per unit of a wrist synergy.
-        flexion_scale, thumb_scale: rad per unit of the finger synergies.
-        lead_scale: rad per unit of the lead synergy.
+        synergy_scale: m or rad per unit of each of `SYNERGIES`, zero for those that are not in use.
         residual_scale: m, rad and rad per unit of the residual of each of `DOF_GROUPS`.
     """
 
@@ -147,11 +148,7 @@ class ActionSettings:
     pregrasp_distance: float
     idle_distance: float
     wrist_clearance: float
-    wrist_translation_scale: float
-    wrist_rotation_scale: float
-    flexion_scale: float
-    thumb_scale: float
-    lead_scale: float
+    synergy_scale: SynergyScale
     residual_scale: wp.vec3
 
 
@@ -167,9 +164,9 @@ def closed_fraction(settings: ActionSettings, now: float, active: int) -> float:
 
 
 @wp.func
-def direction_to_other_hand(hand_state: HandState, goal: Goal, world: int, hand: int) -> wp.vec3:
-    """Unit vector from the palm of a hand to that of the other; zero unless both take part."""
-    direction = wp.vec3()
+def press_direction(hand_state: HandState, goal: Goal, wrist: wp.transform, world: int, hand: int) -> wp.vec3:
+    """Unit vector along which a hand presses: to the palm of the other hand if both take part, else where it looks."""
+    direction = wp.quat_rotate(wp.transform_get_rotation(wrist), wp.vec3(0.0, -1.0, 0.0))
     for other in range(goal.active.shape[1]):
         if other != hand and goal.active[world, hand] != 0 and goal.active[world, other] != 0:
             direction = wp.normalize(hand_state.keypoint[world, other, _PALM] - hand_state.keypoint[world, hand, _PALM])
@@ -191,19 +188,17 @@ def wrist_reference(
     """The reference wrist frame in the world, with its synergies, on the part as it is or a little ahead."""
     angle = object_state.hinge_q[world]
     if settings.wrist_prior == _HINGE:
-        lead = wp.max(settings.lead + settings.lead_scale * synergy[world, hand, _LEAD], 0.0)
+        lead = wp.max(settings.lead + settings.synergy_scale[_LEAD] * synergy[world, hand, _LEAD], 0.0)
         lead = lead * fraction_between(now, settings.lead_start, settings.lead_end)
         angle = angle + wp.clamp(goal.angle[world] - angle, -lead, lead)
     elif settings.wrist_prior == _SCHEDULE:
         raised = fraction_between(now, settings.lead_start, settings.lead_end)
         angle = wp.lerp(goal.start_angle[world], goal.angle[world], raised)
-    wrist_in_part = offset_pose(
-        goal.wrist_pose_in_part[world, hand],
-        settings.wrist_translation_scale
-        * wp.vec3(synergy[world, hand, 0], synergy[world, hand, 1], synergy[world, hand, 2]),
-        settings.wrist_rotation_scale
-        * wp.vec3(synergy[world, hand, 3], synergy[world, hand, 4], synergy[world, hand, 5]),
-    )
+    shift, turn = wp.vec3(), wp.vec3()
+    for axis in range(3):
+        shift[axis] = settings.synergy_scale[axis] * synergy[world, hand, axis]
+        turn[axis] = settings.synergy_scale[3 + axis] * synergy[world, hand, 3 + axis]
+    wrist_in_part = offset_pose(goal.wrist_pose_in_part[world, hand], shift, turn)
     return manipulated_part_pose_at(object_state, object_model, goal, world, hand, angle) * wrist_in_part
 
 
@@ -275,7 +270,7 @@ def pd_targets(
         phase_settings: [P] priors and scales of every phase.
         synergy_basis: [H, 5, 45] of `finger_synergy_basis`.
         hand_back: [H] of `hand_backs`.
-        synergy: [W, H, 12] offsets in units of their scales, order `SYNERGIES`.
+        synergy: [W, H, 14] offsets in units of their scales, order `SYNERGIES`.
         residual: [W, H, 51] offsets in units of their scales.
         target: [W, H, 51] output, m and rad.
     """
@@ -288,7 +283,9 @@ def pd_targets(
     reference = wrist_reference(hand_state, object_state, object_model, goal, settings, now, synergy, world, hand)
     closed = closed_fraction(settings, now, active)
     wrist = wrist_prior(reference, hand_state, object_state, goal, phase, settings, hand_back, now, world, hand)
-    wrist = shift_pose(wrist, closed * settings.press * direction_to_other_hand(hand_state, goal, world, hand))
+    press = settings.press + settings.synergy_scale[_PRESS] * synergy[world, hand, _PRESS]
+    wrist = shift_pose(wrist, closed * press * press_direction(hand_state, goal, wrist, world, hand))
+    squeeze = settings.squeeze + settings.synergy_scale[_SQUEEZE] * synergy[world, hand, _SQUEEZE]
     wrist_in_base = wp.transform_inverse(hand_state.hand_base[world, hand]) * wrist
     current_angles = wp.vec3(
         hand_state.joint_q[world, hand, 3], hand_state.joint_q[world, hand, 4], hand_state.joint_q[world, hand, 5]
@@ -309,10 +306,10 @@ def pd_targets(
             fraction = wp.lerp(settings.open_fraction, 1.0, closed)
             target[world, hand, dof] = fraction * goal.finger_angles[world, hand, finger_dof]
         if active != 0:
-            offset = settings.squeeze * closed * synergy_basis[hand, 0, finger_dof]
+            offset = squeeze * closed * synergy_basis[hand, 0, finger_dof]
             for row in range(synergy_basis.shape[1]):
-                scale = wp.where(row == 0, settings.flexion_scale, settings.thumb_scale)
-                decided = scale * synergy[world, hand, _FIRST_FINGER_SYNERGY + row]
+                column = _FIRST_FINGER_SYNERGY + row
+                decided = settings.synergy_scale[column] * synergy[world, hand, column]
                 offset += decided * synergy_basis[hand, row, finger_dof]
             target[world, hand, dof] += offset
 

@@ -48,17 +48,18 @@ def begin_episodes(
 def latch_actions(
     action: wp.array3d[float],
     phase: PhaseState,
-    first_column: wp.array[int],
+    columns: wp.array2d[int],
     decision_interval: wp.array[int],
     # outputs
     held: wp.array3d[float],
 ):
-    """Copy one term's columns of the action where a decision is due; launch with ``dim=(W, H)``.
+    """Take one term from the action where a decision is due; launch with ``dim=(W, H)``.
 
     Args:
         action: [W, H, A] the newest actions.
         phase: see `states`.
-        first_column: [P] where the term begins in the action of a phase.
+        columns: [P, K] where each number of the term stands in the action of a phase; negative where it is not in use
+            and stays zero.
         decision_interval: [P] control steps for which a decision holds; zero where the last one goes on holding,
             negative where the phase does not have the term, which then is zero.
         held: [W, H, K] output, the decisions in force.
@@ -67,11 +68,14 @@ def latch_actions(
     index = phase.index[world]
     interval = decision_interval[index]
     if interval < 0:
-        for column in range(held.shape[2]):
-            held[world, hand, column] = 0.0
+        for number in range(held.shape[2]):
+            held[world, hand, number] = 0.0
     elif interval > 0 and phase.decision_step[world] % interval == 0:
-        for column in range(held.shape[2]):
-            held[world, hand, column] = action[world, hand, first_column[index] + column]
+        for number in range(held.shape[2]):
+            column = columns[index, number]
+            held[world, hand, number] = 0.0
+            if column >= 0:
+                held[world, hand, number] = action[world, hand, column]
 
 
 @wp.kernel

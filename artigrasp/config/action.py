@@ -8,9 +8,10 @@ from artigrasp.config.checks import FieldError, require_not_negative, require_po
 
 @dataclass(frozen=True)
 class SynergyConfig:
-    """Slow offsets along a few directions: 3 + 3 of the wrist, 1 + 4 of the fingers, 1 of the hinge lead.
+    """Slow offsets along a few directions: 3 + 3 of the wrist, 1 + 4 of the fingers, the hinge lead, squeeze, press.
 
-    Each scale is the offset that an action of one stands for.
+    Each scale is the offset that an action of one stands for; directions whose scale is zero are left out of the
+    action.
     """
 
     wrist_translation: float = 0.015
@@ -23,11 +24,16 @@ class SynergyConfig:
     """Each of the thumb's four angles [rad]."""
     hinge_lead: float = 0.15
     """Change of the hinge-following wrist's lead [rad]."""
+    squeeze: float = 0.0
+    """Flexion beyond the reference that closed fingers aim at [rad]."""
+    press: float = 0.0
+    """How far the wrist moves as the fingers close, towards the other hand or, alone, to where its palm looks [m]."""
     decision_interval: int = 300
     """Control steps for which one decision holds; an episode's length makes it one decision per episode."""
 
     def __post_init__(self) -> None:
-        require_not_negative(self, "wrist_translation", "wrist_rotation", "finger_flexion", "thumb", "hinge_lead")
+        scales = ("wrist_translation", "wrist_rotation", "finger_flexion", "thumb", "hinge_lead", "squeeze", "press")
+        require_not_negative(self, *scales)
         require_positive(self, "decision_interval")
 
 
@@ -87,7 +93,8 @@ class ActionConfig:
     squeeze: float = 0.0
     """Flexion beyond the reference that closed fingers aim at, which presses them on the object [rad]."""
     press: float = 0.0
-    """How far the wrists move towards each other as the fingers close, if both hands take part [m]."""
+    """How far the wrists move onto the object as the fingers close [m]: towards each other if both hands take part,
+    else to where the palm looks."""
     carry_speed: float = 0.2
     """Mean speed at which the wrist prior "transport" carries the object [m/s]."""
     carry_turn_speed: float = 0.4

@@ -11,7 +11,7 @@ import functools
 import torch
 
 from artigrasp.config import ActionConfig
-from artigrasp.kernels.actions import SYNERGIES
+from artigrasp.environment.tables import synergy_directions
 from artigrasp.kernels.layout import DOF_COUNT, FEATURE_COUNT, FINGER_DOF_COUNT, feature_slice
 
 _SHIFT, _TURN = (-1.0, 1.0, 1.0), (1.0, -1.0, -1.0)
@@ -41,10 +41,10 @@ def mirror_actions(actions: torch.Tensor, features: torch.Tensor, config: Action
         config: What the action means.
     """
     mirrored = actions * _action_signs(config).to(actions)
-    if config.synergy is not None:
-        axis = hinge_axis_in_part(features)
-        for name, sign in (("wrist_tx", 1.0), ("wrist_rx", -1.0)):
-            first = SYNERGIES.index(name)
+    directions = synergy_directions(config.synergy)
+    for name, sign in (("wrist_tx", 1.0), ("wrist_rx", -1.0)):
+        if name in directions:
+            axis, first = hinge_axis_in_part(features), directions.index(name)
             mirrored[..., first : first + 3] = sign * _reflect(actions[..., first : first + 3], axis)
     return mirrored
 
@@ -116,7 +116,7 @@ def _feature_signs() -> torch.Tensor:
 @functools.cache
 def _action_signs(config: ActionConfig) -> torch.Tensor:
     """Sign of every action in a frame of the hand; synergies of the fingers are defined for each hand as its own."""
-    signs = [torch.ones(len(SYNERGIES))] if config.synergy is not None else []
+    signs = [torch.ones(len(synergy_directions(config.synergy)))]
     if config.residual is not None:
         signs.append(torch.tensor((*_SHIFT, *(_TURN * ((DOF_COUNT - 3) // 3)))))
-    return torch.cat(signs) if signs else torch.ones(0)
+    return torch.cat(signs)

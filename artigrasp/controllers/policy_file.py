@@ -11,7 +11,7 @@ from rsl_rl.models import MLPModel
 
 from artigrasp.config import TaskConfig, from_dict, to_dict
 from artigrasp.controllers.network import build_actor
-from artigrasp.environment.environment import action_count
+from artigrasp.environment.tables import action_count
 from artigrasp.errors import UserError
 from artigrasp.files import atomic_write, check_format
 from artigrasp.kernels.layout import FEATURE_COUNT

@@ -11,8 +11,8 @@ from artigrasp.config import SynergyConfig, TaskConfig
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.cross_entropy import CrossEntropy, CrossEntropySettings
 from artigrasp.controllers.rollout import OnPlan, run_episode
-from artigrasp.environment.environment import Environment, action_count
-from artigrasp.kernels.actions import SYNERGY_COUNT
+from artigrasp.environment.environment import Environment
+from artigrasp.environment.tables import action_count, synergy_directions
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,8 @@ class FoundOffsets:
     """What a search found in every trial."""
 
     offsets: NDArray[np.float32]
-    """The best candidate: offsets of each hand in units of their scales, order ``SYNERGIES``, [trial, hand, 12]."""
+    """The best candidate: offsets of each hand in units of their scales along the task's directions, in the order of
+    ``SYNERGIES``, [trial, hand, direction]."""
     success: NDArray[np.bool_]
     """Whether the best of the first candidates succeeds, [trial, rollout]; the first is the controller itself."""
     error: NDArray[np.float64]
@@ -64,7 +65,7 @@ class OffsetController:
     """A controller with constant offsets along the synergies, those of each world its own."""
 
     def __init__(self, base: Controller, offsets: NDArray[np.float32]) -> None:
-        """Add offsets, [world, hand, 12] in units of their scales, to what ``base`` decides."""
+        """Add offsets, [world, hand, direction] in units of their scales, to what ``base`` decides."""
         self.name, self.hand, self.rollout_count = base.name, base.hand, 0
         self.task = with_offsets(base.task)
         self._base, self._offsets = base, offsets
@@ -75,12 +76,12 @@ class OffsetController:
         decided = self._base.act(features)
         # the synergies' columns come first, and the controller may know nothing of them
         action[..., action.shape[-1] - decided.shape[-1] :] = decided
-        action[..., :SYNERGY_COUNT] += self._offsets
+        action[..., : self._offsets.shape[-1]] += self._offsets
         return action
 
 
 class SearchController:
-    """The cross-entropy method over 12 offsets of each hand, held for an episode, around a controller.
+    """The cross-entropy method over slow offsets of each hand, held for an episode, around a controller.
 
     The candidates of a trial are worlds of one batch; the first is the controller itself. They are judged in the same
     simulator and from the same start as the trial, which then plays the best of them afresh. So this is no policy: it
@@ -140,8 +141,9 @@ class SearchController:
             on_plan: Called with the control steps done and those of the whole search.
         """
         hands, steps = environment.hand_count, environment.episode_steps
+        directions = len(synergy_directions(self.task.action.synergy))
         seeds = [(self.seed, zlib.crc32(name.encode())) for name in _reference_names(environment)]
-        search = CrossEntropy(seeds, hands * SYNERGY_COUNT, self.settings)
+        search = CrossEntropy(seeds, hands * directions, self.settings)
         total = self.settings.rollouts * steps
         successes: list[NDArray[np.bool_]] = []
         errors: list[NDArray[np.float64]] = []
@@ -151,7 +153,7 @@ class SearchController:
             count, before = candidates.shape[1], search.candidates.shape[1]
             if worlds.world_count != environment.world_count * count:
                 worlds = environment.repeat(count)
-            offsets = candidates.reshape(-1, hands, SYNERGY_COUNT).astype(np.float32)
+            offsets = candidates.reshape(-1, hands, directions).astype(np.float32)
 
             def report(step: int, before: int = before, count: int = count) -> None:
                 on_plan(before * steps + count * step, total)
@@ -165,7 +167,7 @@ class SearchController:
         best = np.stack([search.best(count + 1) for count in range(self.settings.rollouts)], axis=1)
         chosen = search.candidates[np.arange(len(best)), best[:, -1]]
         self.found = FoundOffsets(
-            chosen.reshape(-1, hands, SYNERGY_COUNT).astype(np.float32),
+            chosen.reshape(-1, hands, directions).astype(np.float32),
             np.take_along_axis(np.concatenate(successes, axis=1), best, axis=1),
             np.take_along_axis(np.concatenate(errors, axis=1), best, axis=1),
         )
@@ -175,7 +177,8 @@ def with_offsets(task: TaskConfig) -> TaskConfig:
     """The task with slow offsets in its action, held for an episode, if it has none of its own."""
     if task.action.synergy is not None:
         return task
-    return replace(task, action=replace(task.action, synergy=SynergyConfig(decision_interval=task.episode_steps)))
+    synergy = SynergyConfig(squeeze=0.15, press=0.02, decision_interval=task.episode_steps)
+    return replace(task, action=replace(task.action, synergy=synergy))
 
 
 def _reference_names(environment: Environment) -> list[str]:

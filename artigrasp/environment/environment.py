@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from artigrasp.assets.hand import load_hand
 from artigrasp.assets.object import ObjectModel, load_object
-from artigrasp.config import ActionConfig, PhaseConfig, SimulatorConfig, TaskConfig
+from artigrasp.config import PhaseConfig, SimulatorConfig, TaskConfig
 from artigrasp.environment import tables
 from artigrasp.environment.bystanders import Bystanders
 from artigrasp.environment.worlds import WorldPlan
@@ -49,23 +49,16 @@ class ControlStep:
 
 @dataclass(frozen=True)
 class ActionTerm:
-    """One term of the action: the decisions in force and, for every phase, its first column and how long they hold."""
+    """One term of the action: the decisions in force and, for every phase, its columns and how long they hold."""
 
     held: wp.array
-    first_column: wp.array
+    columns: wp.array
     decision_interval: wp.array
 
 
 def single_phase(task: TaskConfig) -> PhaseConfig:
     """A task as the one phase of a sequence."""
     return PhaseConfig(task.name, most_steps=task.episode_steps, action=task.action, gains=task.gains)
-
-
-def action_count(config: ActionConfig) -> int:
-    """Length of one hand's action."""
-    synergy = actions.SYNERGY_COUNT if config.synergy is not None else 0
-    residual = DOF_COUNT if config.residual is not None else 0
-    return synergy + residual
 
 
 def describe_failures(counts: Mapping[str, int]) -> str:
@@ -153,7 +146,7 @@ class Environment:
     @property
     def action_count(self) -> int:
         """Length of one hand's action, the longest of all phases."""
-        return max(action_count(each.action) for each in self.phases)
+        return max(tables.action_count(each.action) for each in self.phases)
 
     @property
     def object_model(self) -> states.ObjectModel:
@@ -407,7 +400,7 @@ class Environment:
             self._record(
                 episodes.latch_actions,
                 every_hand,
-                [self._action[rows], phase, term.first_column, term.decision_interval, term.held[rows]],
+                [self._action[rows], phase, term.columns, term.decision_interval, term.held[rows]],
             )
             for term in self._terms
         ]

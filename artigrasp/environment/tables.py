@@ -9,11 +9,20 @@ import warp as wp
 
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.object import ObjectModel
-from artigrasp.config import ActionConfig, PDGain, PDGains, PhaseConfig, ResetConfig, RewardConfig, StageConfig
+from artigrasp.config import (
+    ActionConfig,
+    PDGain,
+    PDGains,
+    PhaseConfig,
+    ResetConfig,
+    RewardConfig,
+    StageConfig,
+    SynergyConfig,
+)
 from artigrasp.environment.worlds import WorldPlan
 from artigrasp.errors import unknown
 from artigrasp.kernels import actions, metrics, phases, resets, rewards, states
-from artigrasp.kernels.layout import ARTICULATED, HANDS
+from artigrasp.kernels.layout import ARTICULATED, DOF_COUNT, HANDS
 from artigrasp.references.reference import ReferenceSet
 
 WRIST_CLEARANCE = 0.02
@@ -166,14 +175,31 @@ def action_settings(config: ActionConfig, reset: ResetConfig, control_dt: float)
     settings.pregrasp_distance, settings.idle_distance = reset.pregrasp_distance, reset.idle_distance
     settings.wrist_clearance = WRIST_CLEARANCE
     if config.synergy is not None:
-        settings.wrist_translation_scale = config.synergy.wrist_translation
-        settings.wrist_rotation_scale = config.synergy.wrist_rotation
-        settings.flexion_scale, settings.thumb_scale = config.synergy.finger_flexion, config.synergy.thumb
-        settings.lead_scale = config.synergy.hinge_lead
+        settings.synergy_scale = actions.SynergyScale(*synergy_scales(config.synergy).values())
     if config.residual is not None:
         scales = (config.residual.wrist_translation, config.residual.wrist_rotation, config.residual.fingers)
         settings.residual_scale = wp.vec3(*scales)
     return settings
+
+
+def synergy_scales(config: SynergyConfig) -> dict[str, float]:
+    """Scale of each of ``SYNERGIES``; a direction with a scale of zero is not in use."""
+    scales = dict.fromkeys(actions.WRIST_SYNERGIES[:3], config.wrist_translation)
+    scales |= dict.fromkeys(actions.WRIST_SYNERGIES[3:], config.wrist_rotation)
+    scales |= dict.fromkeys(actions.FINGER_SYNERGIES, config.thumb)
+    scales["finger_flexion"] = config.finger_flexion
+    scales |= {"lead": config.hinge_lead, "squeeze": config.squeeze, "press": config.press}
+    return {name: scales[name] for name in actions.SYNERGIES}
+
+
+def synergy_directions(config: SynergyConfig | None) -> list[str]:
+    """Those of ``SYNERGIES`` that are in use, in the order of their columns in the action."""
+    return [] if config is None else [name for name, scale in synergy_scales(config).items() if scale > 0.0]
+
+
+def action_count(config: ActionConfig) -> int:
+    """Length of one hand's action."""
+    return len(synergy_directions(config.synergy)) + (DOF_COUNT if config.residual is not None else 0)
 
 
 def phase_settings(configs: Sequence[PhaseConfig], reset: ResetConfig, control_dt: float, device: str) -> wp.array:
@@ -222,16 +248,19 @@ def phase_limits(retry_count: int) -> phases.PhaseLimits:
     return limits
 
 
-def term_columns(configs: Sequence[PhaseConfig], name: str) -> tuple[list[int], list[int]]:
-    """For every phase, the first column of an action's term and its decision interval, see `latch_actions`."""
-    first_columns, intervals = [], []
+def term_columns(configs: Sequence[PhaseConfig], name: str) -> tuple[list[list[int]], list[int]]:
+    """For every phase, the columns of a term's numbers in the action and its decision interval, see `latch_actions`."""
+    columns, intervals = [], []
     for config in configs:
+        directions = synergy_directions(config.action.synergy)
+        if name == "synergy":
+            columns.append([directions.index(each) if each in directions else -1 for each in actions.SYNERGIES])
+        else:
+            columns.append(list(range(len(directions), len(directions) + DOF_COUNT)))
         terms = config.action.terms
-        residual_first = actions.SYNERGY_COUNT if "synergy" in terms else 0
-        first_columns.append(residual_first if name == "residual" else 0)
         interval = terms[name].decision_interval if name in terms else -1
         intervals.append(interval if config.decides else 0)
-    return first_columns, intervals
+    return columns, intervals
 
 
 def synergy_basis(sides: Sequence[str], device: str) -> wp.array:

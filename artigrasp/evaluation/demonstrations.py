@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from artigrasp.arrays import check_array, load_arrays, save_arrays
 from artigrasp.config import TaskConfig, from_dict, to_dict
+from artigrasp.environment.tables import synergy_directions
 from artigrasp.errors import UserError
 from artigrasp.evaluation.evaluate import Evaluation
-from artigrasp.kernels.actions import SYNERGY_COUNT
 
 FORMAT, VERSION = "artigrasp.demonstrations", 1
 _TARGET = "target_"
@@ -36,7 +36,8 @@ class Demonstrations:
     targets: Mapping[str, NDArray[Any]]
     """What was to be reached, by name, [trial, ...]."""
     offsets: NDArray[np.float32]
-    """Offsets of each of the task's hands in units of their scales, order ``SYNERGIES``, [trial, hand, 12]."""
+    """Offsets of each of the task's hands in units of their scales along the task's directions, in the order of
+    ``SYNERGIES``, [trial, hand, direction]."""
     success: NDArray[np.bool_]
     """Whether the best of the first rollouts succeeds, [trial, rollout]."""
     error: NDArray[np.float64]
@@ -77,13 +78,13 @@ def load_demonstrations(path: Path) -> Demonstrations:
     sizes: dict[str, int] = {}
     try:
         task = from_dict(TaskConfig, json.loads(str(arrays["task"])), source=f"{path}: task")
-        sizes["H"] = len(task.hands)
+        sizes["H"], sizes["D"] = len(task.hands), len(synergy_directions(task.action.synergy))
         return Demonstrations(
             task,
             object=check_array("object", arrays["object"], ("N",), np.str_, sizes),
             source=check_array("source", arrays["source"], ("N",), np.str_, sizes),
             targets={name.removeprefix(_TARGET): values for name, values in arrays.items() if name.startswith(_TARGET)},
-            offsets=check_array("offsets", arrays["offsets"], ("N", "H", SYNERGY_COUNT), np.float32, sizes),
+            offsets=check_array("offsets", arrays["offsets"], ("N", "H", "D"), np.float32, sizes),
             success=check_array("success", arrays["success"], ("N", "K"), np.bool_, sizes),
             error=check_array("error", arrays["error"], ("N", "K"), np.float64, sizes),
         )

@@ -18,7 +18,7 @@ from tests.kernels.launches import launch_features
 from tests.kernels.samples import Sample, mirror_sample, random_sample, to_device
 from tests.kernels.test_actions import HINGE, PAPER, targets
 
-BOTH_TERMS = ActionConfig(wrist_prior="hinge", finger_prior="reference", synergy=SynergyConfig())
+BOTH_TERMS = ActionConfig(wrist_prior="hinge", finger_prior="reference", synergy=SynergyConfig(squeeze=0.1, press=0.02))
 PER_HAND = (
     "joint_q", "joint_qd", "hand_base", "contact_force", "active", "part", "contact_part", "wrist_pose_in_part",
     "finger_angles", "keypoint_in_part", "contacts",

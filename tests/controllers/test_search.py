@@ -45,7 +45,7 @@ def test_what_is_played_is_the_best_that_was_tried(search: tuple[SearchControlle
     """A fresh episode gives what the candidate gave, which is no worse than the controller searched around."""
     controller, summary = search
     found = controller.found
-    assert found is not None and found.offsets.shape == (3, 1, 12) and found.error.shape == (3, 6)
+    assert found is not None and found.offsets.shape == (3, 1, 14) and found.error.shape == (3, 6)
     np.testing.assert_array_equal(summary["angle_error"], found.error[:, -1])
     np.testing.assert_array_equal(summary["success"], found.success[:, -1])
     assert (found.error[:, -1] < found.error[:, 0]).any()
@@ -79,7 +79,7 @@ def test_a_trial_is_searched_alike_in_any_company(search: tuple[SearchController
 def test_offsets_join_any_action() -> None:
     """They stand in the synergies' columns, before a residual and on top of a policy's own."""
     features = np.zeros((2, 1, FEATURE_COUNT), np.float32)
-    for name, size in (("right-fixed", 63), ("right-fixed-synergy", 12)):
+    for name, size in (("right-fixed", 65), ("right-fixed-synergy", 12)):
         controller = SearchController(ZeroController(get_task(name)), SETTINGS)
         assert controller.name == "zero+search"
         with pytest.raises(RuntimeError, match="plan before"):
@@ -87,4 +87,4 @@ def test_offsets_join_any_action() -> None:
         task = with_offsets(get_task(name))
         assert task.action.synergy is not None and task.action.synergy.decision_interval == 300
         assert with_offsets(task) == task == controller.task
-        assert len(task.action.terms) == (2 if size == 63 else 1)
+        assert len(task.action.terms) == (2 if size == 65 else 1)

@@ -81,10 +81,21 @@ def test_terms_that_are_not_in_use_have_no_scale() -> None:
     priors = actions.WRIST_PRIORS[settings.wrist_prior], actions.FINGER_PRIORS[settings.finger_prior]
     assert priors == ("hinge", "reference")
     assert settings.open_fraction == 0.25
-    scales = ("wrist_translation_scale", "wrist_rotation_scale", "flexion_scale", "thumb_scale", "lead_scale")
-    assert all(getattr(settings, name) > 0.0 for name in scales) and min(settings.residual_scale) > 0.0
+    expected = [0.015] * 3 + [0.15] * 3 + [0.3] * 5 + [0.15, 0.0, 0.0]
+    np.testing.assert_allclose(list(settings.synergy_scale), expected, rtol=1e-6)
+    assert min(settings.residual_scale) > 0.0
     neither = tables.action_settings(replace(both, synergy=None, residual=None), ResetConfig(), 0.01)
-    assert all(getattr(neither, name) == 0.0 for name in scales) and max(neither.residual_scale) == 0.0
+    assert not any(neither.synergy_scale) and not any(neither.residual_scale)
+
+
+def test_directions_are_those_with_a_scale() -> None:
+    """Twelve by default; two more once they have a scale; the columns are in the one order of all directions."""
+    assert tables.synergy_directions(SynergyConfig()) == list(actions.SYNERGIES[:12])
+    assert tables.synergy_directions(SynergyConfig(squeeze=0.1, press=0.02)) == list(actions.SYNERGIES)
+    few = SynergyConfig(wrist_rotation=0.0, thumb=0.0, hinge_lead=0.0, press=0.02)
+    assert tables.synergy_directions(few) == ["wrist_tx", "wrist_ty", "wrist_tz", "finger_flexion", "press"]
+    assert tables.synergy_directions(None) == []
+    assert tables.action_count(ActionConfig(synergy=few)) == 5 + 51
 
 
 def test_rewards_are_the_tasks() -> None:
@@ -126,8 +137,9 @@ def test_terms_have_their_place_in_every_phase() -> None:
     )  # fmt: skip
     phases = [PhaseConfig(str(row), 1, action=action) for row, action in enumerate((both, alone, neither, both))]
     phases[3] = replace(phases[3], decides=False)
-    assert tables.term_columns(phases, "synergy") == ([0, 0, 0, 0], [100, -1, -1, 0])
-    assert tables.term_columns(phases, "residual") == (
-        [actions.SYNERGY_COUNT, 0, 0, actions.SYNERGY_COUNT],
-        [2, 2, -1, 0],
-    )
+    columns, intervals = tables.term_columns(phases, "synergy")
+    assert columns == [[*range(12), -1, -1], [-1] * 14, [-1] * 14, [*range(12), -1, -1]]
+    assert intervals == [100, -1, -1, 0]
+    columns, intervals = tables.term_columns(phases, "residual")
+    assert columns == [[*range(first, first + 51)] for first in (12, 0, 0, 12)]
+    assert intervals == [2, 2, -1, 0]

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from artigrasp.arrays import load_arrays, save_arrays
-from artigrasp.controllers.search import FoundOffsets
+from artigrasp.controllers.search import FoundOffsets, with_offsets
 from artigrasp.errors import UserError
 from artigrasp.evaluation.demonstrations import FORMAT, VERSION, demonstrations_of, load_demonstrations
 from artigrasp.evaluation.report import write_report
 from tests.evaluation.examples import TASK, evaluation_of, outcomes_of
+
+SEARCHED = with_offsets(TASK)
 
 
 @pytest.fixture
@@ -18,16 +20,16 @@ def path(tmp_path: Path) -> Path:
     """What an evaluation of a search with eight rollouts leaves for four trials."""
     random = np.random.default_rng(0)
     found = FoundOffsets(
-        random.normal(size=(4, 1, 12)).astype(np.float32),
+        random.normal(size=(4, 1, 14)).astype(np.float32),
         np.maximum.accumulate(random.random((4, 8)) > 0.7, axis=1),
         random.random((4, 8)),
     )
     outcomes = outcomes_of(4, goal_angle=[0.5, 1.0])
-    evaluation = evaluation_of(outcomes, controller="search", rollout_count=8, found=found)
+    evaluation = evaluation_of(outcomes, controller="search", rollout_count=8, found=found, task=SEARCHED)
     write_report([evaluation], tmp_path)
     loaded = load_demonstrations(tmp_path / "demonstrations.npz")
     expected = demonstrations_of(evaluation)
-    assert loaded.task == expected.task == TASK
+    assert loaded.task == expected.task == SEARCHED
     for name in ("object", "source", "offsets", "success", "error"):
         np.testing.assert_array_equal(getattr(loaded, name), getattr(expected, name))
     assert loaded.targets["goal_angle"].tolist() == [0.5, 1.0, 0.5, 1.0]
@@ -39,7 +41,7 @@ def test_a_damaged_file_is_refused(path: Path) -> None:
     """One line names the file and the field."""
     arrays = load_arrays(path, FORMAT, VERSION)
     for name, value, message in (
-        ("offsets", np.zeros((4, 2, 12)), r"offsets: expected shape \(N=4, H=1, 12\), found \(4, 2, 12\)"),
+        ("offsets", np.zeros((4, 2, 14)), r"offsets: expected shape \(N=4, H=1, D=14\), found \(4, 2, 14\)"),
         ("success", np.zeros((3, 8), bool), r"success: expected shape"),
         ("task", np.array("{}"), r"task: name"),
         ("error", None, "error: expected an array, found none"),

@@ -14,6 +14,7 @@ from artigrasp.kernels.actions import (
     SYNERGIES,
     WRIST_PRIORS,
     ActionSettings,
+    SynergyScale,
     finger_synergy_basis,
     hand_backs,
     pd_targets,
@@ -40,11 +41,7 @@ def settings(wrist_prior: str, finger_prior: str, **changes: float) -> ActionSet
         "close_end": 70.0,
         "open_fraction": 0.3,
         "lead": LEAD,
-        "wrist_translation_scale": 0.015,
-        "wrist_rotation_scale": 0.15,
-        "flexion_scale": 0.3,
-        "thumb_scale": 0.2,
-        "lead_scale": 0.15,
+        "synergy_scale": SynergyScale(*[0.015] * 3, *[0.15] * 3, 0.3, *[0.2] * 4, 0.15, 0.1, 0.02),
         "residual_scale": wp.vec3(0.001, 0.01, 0.015),
     }
     for name, value in (values | changes).items():
@@ -383,23 +380,39 @@ def test_transit_leads_around_the_object(sample: Sample) -> None:
     assert (highest[..., 2] > origin[..., 2] + 0.1).all()
 
 
-def test_two_hands_press_towards_each_other(sample: Sample) -> None:
-    """Each palm towards the other as the fingers close; a hand alone does not press."""
+def test_hands_press(sample: Sample) -> None:
+    """Each palm towards the other as the fingers close, one hand alone to where its palm looks; more if decided."""
     sample = replace(sample, active=np.where(np.arange(sample.world_count)[:, None] % 2 == 0, 1, [1, 0]))
     palms = numpy_reference.forward_kinematics(sample)[1][:, :, 4]
     towards = (palms[:, 1] - palms[:, 0]) / np.linalg.norm(palms[:, 1] - palms[:, 0], axis=-1, keepdims=True)
-    towards = np.stack([towards, -towards], axis=1) * sample.active.all(axis=1)[:, None, None]
+    towards = np.stack([towards, -towards], axis=1)
+    decided = one_synergy(sample, "press", 1.5)
     for step, fraction in ((30, 0.0), (50, 0.5), (100, 1.0)):
-        plain, pressed = (wrist_at(sample, targets(sample, HINGE, step=step, press=press))[1] for press in (0.0, 0.05))
-        np.testing.assert_allclose(pressed - plain, 0.05 * fraction * towards, atol=1e-5)
+        rotation, plain = wrist_at(sample, targets(sample, HINGE, step=step))
+        direction = np.where(sample.active.all(axis=1)[:, None, None], towards, -rotation[..., 1])
+        direction = direction * sample.active[..., None]
+        pressed = wrist_at(sample, targets(sample, HINGE, step=step, press=0.05))[1]
+        np.testing.assert_allclose(pressed - plain, 0.05 * fraction * direction, atol=1e-5)
+        pressed = wrist_at(sample, targets(sample, HINGE, step=step, press=0.05, synergy=decided))[1]
+        np.testing.assert_allclose(pressed - plain, (0.05 + 0.03) * fraction * direction, atol=1e-5)
+
+
+def one_synergy(sample: Sample, name: str, value: float) -> np.ndarray:
+    """[W, H, 14] decisions along one direction only."""
+    synergy = np.zeros((*sample.part.shape, len(SYNERGIES)))
+    synergy[..., SYNERGIES.index(name)] = value
+    return synergy
 
 
 def test_closed_fingers_squeeze(sample: Sample) -> None:
-    """Flexion beyond the reference, from when they close."""
+    """Flexion beyond the reference, from when they close, and more if decided."""
     flexion = finger_synergy_basis(HANDS)[:, 0]
+    decided = one_synergy(sample, "squeeze", 2.0)
     for step, fraction in ((30, 0.0), (50, 0.5), (100, 1.0)):
         plain, squeezed = (targets(sample, HINGE, step=step, squeeze=squeeze)[..., 6:] for squeeze in (0.0, 0.2))
         np.testing.assert_allclose(squeezed - plain, np.broadcast_to(0.2 * fraction * flexion, plain.shape), atol=1e-5)
+        more = targets(sample, HINGE, step=step, squeeze=0.2, synergy=decided)[..., 6:]
+        np.testing.assert_allclose(more - plain, np.broadcast_to(0.4 * fraction * flexion, plain.shape), atol=1e-5)
     closed = targets(sample, TRANSPORT, step=0, squeeze=0.2, **SPEEDS)[..., 6:]
     np.testing.assert_allclose(closed, sample.finger_angles + 0.2 * flexion, atol=1e-5)
 

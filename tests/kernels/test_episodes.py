@@ -58,16 +58,17 @@ def test_a_count_of_one_fixes_the_reference() -> None:
 @pytest.mark.parametrize("interval", [1, 4])
 def test_decisions_hold_for_their_interval(interval: int) -> None:
     """A term takes its own columns of the action, and only when a decision is due."""
-    action, held, found = latch(np.zeros(9), np.arange(9), first_column=[6], interval=[interval])
+    action, held, found = latch(np.zeros(9), np.arange(9), columns=[[6, -1, 8]], interval=[interval])
     due = np.arange(9) % interval == 0
-    np.testing.assert_array_equal(found[due], action[due, :, 6:9])
+    np.testing.assert_array_equal(found[due][..., [0, 2]], action[due][..., [6, 8]])
+    assert (found[due][..., 1] == 0.0).all(), "a number that is not in use is zero"
     np.testing.assert_array_equal(found[~due], held[~due])
 
 
 def test_every_phase_has_its_own_terms() -> None:
     """A phase has its own columns and intervals; one without the term has zeros, one that decides nothing keeps."""
     phase, step = np.repeat(np.arange(4), 4), np.tile(np.arange(4), 4)
-    action, held, found = latch(phase, step, first_column=[0, 7, 0, 0], interval=[1, 2, 0, -1])
+    action, held, found = latch(phase, step, columns=[[0, 1, 2], [7, 8, 9], [-1] * 3, [-1] * 3], interval=[1, 2, 0, -1])
     np.testing.assert_array_equal(found[phase == 0], action[phase == 0, :, :3])
     due = (phase == 1) & (step % 2 == 0)
     np.testing.assert_array_equal(found[due], action[due, :, 7:])
@@ -77,7 +78,7 @@ def test_every_phase_has_its_own_terms() -> None:
 
 
 def latch(
-    phase: np.ndarray, step: np.ndarray, first_column: list[int], interval: list[int]
+    phase: np.ndarray, step: np.ndarray, columns: list[list[int]], interval: list[int]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """An action of 10 columns, the 3 decisions in force before, and those after."""
     rng = np.random.default_rng(0)
@@ -88,8 +89,8 @@ def latch(
     state.index.assign(phase.astype(np.int32))
     state.decision_step.assign(step.astype(np.int32))
     array = wp.array(held, dtype=float)
-    columns = [wp.array(each, dtype=int) for each in (first_column, interval)]
-    wp.launch(latch_actions, dim=(worlds, 2), inputs=[wp.array(action, dtype=float), state, *columns], outputs=[array])
+    settings = [wp.array(columns, dtype=int), wp.array(interval, dtype=int)]
+    wp.launch(latch_actions, dim=(worlds, 2), inputs=[wp.array(action, dtype=float), state, *settings], outputs=[array])
     return action, held, array.numpy()
 
 
