@@ -53,3 +53,5 @@ TASK = TaskConfig(
         save_interval=5,
     ),
 )
+
+TASKS = (TASK,)

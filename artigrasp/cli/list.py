@@ -9,9 +9,6 @@ import tyro
 
 from artigrasp.cli.output import show, show_columns, show_json
 
-PAPER_OBJECTS = ("box", "espressomachine", "ketchup", "laptop", "microwave", "mixer", "notebook", "waffleiron")
-"""The objects that the paper's counts are about."""
-
 
 @dataclass(frozen=True)
 class Options:
@@ -20,8 +17,8 @@ class Options:
     With --json, references are counted as {"splits": {split: count}, "per_object": {object: {split: {kind: count}}},
     "other_objects": likewise}, where splits and per_object cover the paper's eight objects. Splits are those that each
     reference was given, as "train", and two schemes that part the same references anew, as "by-sequence/train", so that
-    counts of all splits do not add up. Tasks are {name: description}; objects and policies are lists of names; all of
-    them are one table with these four keys.
+    counts of all splits do not add up. Tasks and curricula are {name: description}; objects and policies are lists of
+    names; all of them are one table with these four keys.
     """
 
     what: Annotated[Literal["all", "tasks", "objects", "references", "policies"], tyro.conf.Positional] = "all"
@@ -49,6 +46,7 @@ def count_references() -> dict[str, Any]:
     """The number of references per object, split and kind, as the help text describes it."""
     from artigrasp.assets.library import list_assets
     from artigrasp.references.reference import load_references
+    from artigrasp.tasks.objects import PAPER_OBJECTS
 
     per_object: dict[str, dict[str, dict[str, int]]] = {}
     for name in list_assets("references"):
@@ -64,9 +62,9 @@ def count_references() -> dict[str, Any]:
 
 
 def _tasks() -> dict[str, str]:
-    from artigrasp.tasks import TASKS
+    from artigrasp.tasks import CURRICULA, TASKS
 
-    return {name: task.description for name, task in TASKS.items()}
+    return {name: each.description for name, each in (*TASKS.items(), *CURRICULA.items())}
 
 
 def _objects() -> list[str]:

@@ -1,6 +1,7 @@
 """Typed settings: pure data, which imports nothing but the standard library and the user's error."""
 
 from artigrasp.config.action import ActionConfig, ResidualConfig, SynergyConfig
+from artigrasp.config.curriculum import CurriculumConfig
 from artigrasp.config.extraction import ExtractionConfig
 from artigrasp.config.learning import PPOConfig
 from artigrasp.config.parse import from_dict, to_dict
@@ -16,6 +17,7 @@ from artigrasp.config.task_file import read_task, write_task
 
 __all__ = [
     "ActionConfig",
+    "CurriculumConfig",
     "ExtractionConfig",
     "PDGain",
     "PDGains",

@@ -48,6 +48,13 @@ def require_fraction(config: Any, *fields: str) -> None:
             raise FieldError.mismatch(field, "a number between 0 and 1", value)
 
 
+def require_name(config: Any, field: str) -> None:
+    """Raise a FieldError unless the field holds lower case words joined by hyphens."""
+    value = getattr(config, field)
+    if not value or not value.replace("-", "").isalnum() or value != value.lower():
+        raise FieldError.mismatch(field, "lower case words joined by hyphens", value)
+
+
 def require_ordered_choice(config: Any, field: str, choices: tuple[str, ...]) -> None:
     """Raise a FieldError unless the field holds one or more of the choices, each once and in their order."""
     value = getattr(config, field)

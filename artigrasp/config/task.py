@@ -5,7 +5,13 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 from artigrasp.config.action import ActionConfig
-from artigrasp.config.checks import FieldError, require_ordered_choice, require_positive
+from artigrasp.config.checks import (
+    FieldError,
+    require_name,
+    require_not_negative,
+    require_ordered_choice,
+    require_positive,
+)
 from artigrasp.config.learning import PPOConfig
 from artigrasp.config.physics import PDGains, PhysicsConfig
 from artigrasp.config.reset import ResetConfig
@@ -60,9 +66,9 @@ class TaskConfig:
     """How it is learned."""
 
     def __post_init__(self) -> None:
-        if not self.name or not self.name.replace("-", "").isalnum() or self.name != self.name.lower():
-            raise FieldError.mismatch("name", "lower case words joined by hyphens", self.name)
-        require_positive(self, "episode_steps", "world_count", "iterations")
+        require_name(self, "name")
+        require_positive(self, "episode_steps", "world_count")
+        require_not_negative(self, "iterations")
         for name, term in self.action.terms.items():
             if self.episode_steps % term.decision_interval != 0:
                 expected = f"a divisor of episode_steps ({self.episode_steps})"

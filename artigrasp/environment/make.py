@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from artigrasp.config import SimulatorConfig, TaskConfig
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.worlds import training_worlds
-from artigrasp.references.reference import load_references
+from artigrasp.references.reference import ReferenceSet, load_references
 
 
 def make_environment(
@@ -16,7 +18,7 @@ def make_environment(
     seed: int = 0,
     simulator: SimulatorConfig = SimulatorConfig(),
 ) -> Environment:
-    """Share a task's worlds between objects; each world draws a reference of the split and a goal at every reset.
+    """Share a task's worlds between objects and kinds; each draws a reference of the split and a goal at every reset.
 
     Args:
         task: What is simulated and rewarded.
@@ -27,8 +29,21 @@ def make_environment(
 
     Raises:
         UserError: An object, backend or device is unknown, or an object has no reference of the split and the task's
-            kinds.
+            kinds in which one of its hands takes part.
     """
-    references = [load_references(name).select(split=split, kind=task.kinds) for name in objects]
-    worlds = training_worlds(references, task.world_count)
+    references = training_references(task, objects, split)
+    worlds = training_worlds(references, task.world_count, evenly_of_kinds=True)
     return Environment(task, references, worlds, seed=seed, simulator=simulator)
+
+
+def training_references(task: TaskConfig, objects: Sequence[str], split: str) -> list[ReferenceSet]:
+    """Of every object the references in which one of the task's hands takes part, those of a kind side by side.
+
+    Raises:
+        UserError: An object has none of the split and the task's kinds.
+    """
+    chosen = []
+    for name in objects:
+        references = load_references(name).select(split=split, kind=task.kinds, hands=task.hands)
+        chosen.append(references.select(indices=np.argsort(references.kind, kind="stable")))
+    return chosen

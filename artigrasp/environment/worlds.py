@@ -48,8 +48,16 @@ class WorldPlan:
         return np.tile(np.array([0, 0, 0, 0, 0, 0, 1], dtype=np.float32), (self.world_count, 1))
 
 
-def training_worlds(references: Sequence[ReferenceSet], world_count: int) -> WorldPlan:
+def training_worlds(
+    references: Sequence[ReferenceSet], world_count: int, *, evenly_of_kinds: bool = False
+) -> WorldPlan:
     """Share the worlds evenly between the objects; each draws a reference and a goal at every reset.
+
+    Args:
+        references: One set per object.
+        world_count: Number of worlds.
+        evenly_of_kinds: Whether an object's worlds are shared evenly between the kinds of its references too, however
+            many there are of each; those of a kind must then stand side by side.
 
     Raises:
         UserError: There are fewer worlds than objects, or an object has no references.
@@ -57,12 +65,20 @@ def training_worlds(references: Sequence[ReferenceSet], world_count: int) -> Wor
     if world_count < len(references):
         raise UserError(f"worlds: expected at least one per object ({len(references)}), found {world_count}")
     counts = _reference_counts(references)
-    first = np.concatenate([[0], np.cumsum(counts)[:-1]])
     object_index = np.arange(world_count) * len(references) // world_count
+    first, drawn = np.cumsum([0, *counts[:-1]])[object_index], counts[object_index]
+    if evenly_of_kinds:
+        for index, each in enumerate(references):
+            worlds = np.flatnonzero(object_index == index)
+            starts = np.flatnonzero(np.r_[True, each.kind[1:] != each.kind[:-1]])
+            if len(worlds) >= len(starts):
+                share = np.arange(len(worlds)) * len(starts) // len(worlds)
+                first[worlds] += starts[share]
+                drawn[worlds] = np.diff([*starts, len(each)])[share]
     return WorldPlan(
         object_index.astype(np.int32),
-        first[object_index].astype(np.int32),
-        counts[object_index].astype(np.int32),
+        first.astype(np.int32),
+        drawn.astype(np.int32),
         np.full(world_count, DRAW_GOAL, dtype=np.float32),
     )
 

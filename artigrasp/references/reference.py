@@ -121,14 +121,16 @@ class ReferenceSet:
         *,
         split: str | None = None,
         kind: str | tuple[str, ...] | None = None,
+        hands: Sequence[str] = HANDS,
         indices: ArrayLike | None = None,
     ) -> Self:
-        """The references of a split and of one or more kinds, in their order.
+        """The references of a split, of one or more kinds and hands, in their order.
 
         Args:
             split: Only these, either given ones, such as ``"train"``, or those of a scheme of
                 :mod:`artigrasp.references.splits`, such as ``"by-subject/test"``; every split by default.
             kind: Only this one or these; every kind by default.
+            hands: Only those in which one of these takes part.
             indices: Out of what then remains, these; all by default.
 
         Raises:
@@ -139,7 +141,9 @@ class ReferenceSet:
             rows = rows[self._in_split(split)]
         if kind is not None:
             rows = rows[np.isin(self.kind[rows], kind)]
+        rows = rows[self.active[rows][:, [HANDS.index(side) for side in hands]].any(axis=1)]
         chosen = f"{self.object}: references" + "".join(f" of {name!r}" for name in (split, kind) if name is not None)
+        chosen += f" of the {hands[0]} hand" if len(hands) == 1 else ""
         if not len(rows):
             there = ", ".join(f"{s} {k}" for s in self.splits() for k in sorted(set(self.kind[self._in_split(s)])))
             raise UserError(f"{chosen}: found none; there are {there or 'no references at all'}")

@@ -10,7 +10,7 @@ from artigrasp.cli import main
 from artigrasp.cli.policies import find_policy, list_policies
 from artigrasp.errors import UserError
 from artigrasp.references.reference import ReferenceSet, save_references
-from artigrasp.tasks import TASKS
+from artigrasp.tasks import CURRICULA, TASKS
 
 
 @pytest.fixture
@@ -71,11 +71,11 @@ def test_everything_is_listed(assets: Path, capsys: pytest.CaptureFixture[str]) 
     assert main(["list"]) == 0
     text = capsys.readouterr().out
     assert all(f"{title}:\n" in text for title in ("Tasks", "Objects", "References", "Policies"))
-    assert all(f"  {name}" in text for name in (*TASKS, "tin", "opener"))
+    assert all(f"  {name}" in text for name in (*TASKS, *CURRICULA, "tin", "opener"))
     assert main(["list", "--json"]) == 0
     everything = json.loads(capsys.readouterr().out)
     assert set(everything) == {"tasks", "objects", "references", "policies"}
-    assert everything["tasks"] == {name: task.description for name, task in TASKS.items()}
+    assert everything["tasks"] == {name: each.description for name, each in (TASKS | CURRICULA).items()}
     assert "tin" in everything["objects"] and "opener" in everything["policies"]
     assert main(["list", "tasks", "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == everything["tasks"]

@@ -15,7 +15,7 @@ from artigrasp.assets.check import check_asset
 from artigrasp.assets.fidelity import Fidelity
 from artigrasp.assets.hand import HandModel, load_hand
 from artigrasp.assets.object import Mesh, load_object
-from artigrasp.cli.list import PAPER_OBJECTS, count_references
+from artigrasp.cli.list import count_references
 from artigrasp.errors import UserError
 from artigrasp.kernels.layout import ARTICULATED, DOF_COUNT, HANDS, LINK_COUNT, LINK_PARENTS
 from artigrasp.references import arctic
@@ -23,6 +23,7 @@ from artigrasp.references.arctic import import_arctic
 from artigrasp.references.arctic_labels import read_labelled_frames
 from artigrasp.references.arctic_references import NEVER_CLOSED
 from artigrasp.references.reference import ReferenceSet, load_references, read_references
+from artigrasp.tasks.objects import PAPER_OBJECTS
 
 COUNTS = {
     "box": ((19, 33), (13, 18), 5),
