@@ -38,11 +38,13 @@ class RewardConfig:
     """Hinge angle error averaged over the episode [1/rad]; not in the paper."""
     outcome_success: float = 0.0
     """Success at the end of the episode; not in the paper."""
+    outcome_displacement: float = 0.0
+    """Distance of the base from its start averaged over the episode [1/m]; not in the paper."""
 
     @property
     def rewards_outcome(self) -> bool:
         """Whether an outcome term counts, which makes the end of an episode part of the task and no mere time limit."""
-        return any((self.outcome_error, self.outcome_mean_error, self.outcome_success))
+        return any((self.outcome_error, self.outcome_mean_error, self.outcome_success, self.outcome_displacement))
 
     def __post_init__(self) -> None:
         require_not_negative(self, *(field.name for field in fields(self)))

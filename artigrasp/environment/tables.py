@@ -21,7 +21,7 @@ from artigrasp.config import (
 )
 from artigrasp.environment.worlds import WorldPlan
 from artigrasp.errors import unknown
-from artigrasp.kernels import actions, metrics, phases, resets, rewards, states
+from artigrasp.kernels import actions, metrics, outcomes, phases, resets, rewards, states
 from artigrasp.kernels.layout import ARTICULATED, DOF_COUNT, HANDS
 from artigrasp.references.reference import ReferenceSet
 
@@ -134,10 +134,10 @@ def reward_weights(config: RewardConfig) -> rewards.RewardWeights:
     return weights
 
 
-def outcome_weights(config: RewardConfig) -> wp.vec3 | None:
+def outcome_weights(config: RewardConfig) -> wp.vec4 | None:
     """Weights of the outcome terms, or None if none of them counts."""
-    weights = (config.outcome_error, config.outcome_mean_error, config.outcome_success)
-    return wp.vec3(*weights) if config.rewards_outcome else None
+    weights = [getattr(config, name) for name in outcomes.OUTCOME_TERMS]
+    return wp.vec4(*weights) if config.rewards_outcome else None
 
 
 def metric_limits(opened_angle: float) -> metrics.MetricLimits:

@@ -53,6 +53,7 @@ def test_defaults_are_the_papers() -> None:
         "outcome_error": 0.0,
         "outcome_mean_error": 0.0,
         "outcome_success": 0.0,
+        "outcome_displacement": 0.0,
     }
 
 

@@ -10,12 +10,12 @@ from tests.kernels.samples import Sample, random_sample, to_device
 
 WORLD_COUNT = 50
 EPISODE_STEPS, OPENED_ANGLE = 300, 0.3
-WEIGHTS = (2.0, 0.5, 3.0)
+WEIGHTS = (2.0, 0.5, 3.0, 4.0)
 OTHER_REWARDS = -7.0
 
 
 def outcome_reward(sample: Sample, step: int) -> tuple[np.ndarray, np.ndarray]:
-    """[W, H, 3] terms after a number of steps, and the [W, H] total to which they were added."""
+    """[W, H, 4] terms after a number of steps, and the [W, H] total to which they were added."""
     device = to_device(sample)
     terms = wp.full((WORLD_COUNT, 2, len(OUTCOME_TERMS)), np.nan, dtype=float)
     total = wp.full((WORLD_COUNT, 2), OTHER_REWARDS, dtype=float)
@@ -23,20 +23,23 @@ def outcome_reward(sample: Sample, step: int) -> tuple[np.ndarray, np.ndarray]:
     wp.launch(
         add_outcome_reward,
         dim=(WORLD_COUNT, 2),
-        inputs=[device.objects, device.goal, steps, EPISODE_STEPS, OPENED_ANGLE, wp.vec3(*WEIGHTS)],
+        inputs=[device.objects, device.goal, steps, EPISODE_STEPS, OPENED_ANGLE, wp.vec4(*WEIGHTS)],
         outputs=[terms, total],
     )
     return terms.numpy(), total.numpy()
 
 
 def test_outcome_is_rewarded_at_the_end() -> None:
-    """Error and success count in the last step only, the mean error in every step; idle hands earn nothing."""
+    """Error and success count in the last step only, the mean error and the displacement in every step; idle hands earn nothing."""
     sample = replace(random_sample(WORLD_COUNT), start_angle=np.linspace(0.0, 1.0, WORLD_COUNT))
     error = np.abs(sample.angle - sample.hinge_q)[:, None] * sample.active
     opened = (np.abs(sample.hinge_q - sample.start_angle) > OPENED_ANGLE)[:, None] * sample.active
+    displacement = np.linalg.norm(sample.pose[:, :3] - sample.start_object_pose[:, :3], axis=1)
+    moved = displacement[:, None] * sample.active
     assert 0 < opened.sum() < sample.active.sum() < sample.active.size
     for step, last in [(1, 0.0), (EPISODE_STEPS - 1, 0.0), (EPISODE_STEPS, 1.0)]:
         terms, total = outcome_reward(sample, step)
         expected = [-WEIGHTS[0] * error * last, -WEIGHTS[1] * error / EPISODE_STEPS, WEIGHTS[2] * opened * last]
+        expected.append(-WEIGHTS[3] * moved / EPISODE_STEPS)
         np.testing.assert_allclose(terms, np.stack(expected, axis=-1), atol=1e-5)
         np.testing.assert_allclose(total, OTHER_REWARDS + terms.sum(axis=-1), atol=1e-5)
