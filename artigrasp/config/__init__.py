@@ -8,6 +8,7 @@ from artigrasp.config.parse import from_dict, to_dict
 from artigrasp.config.phase import PhaseConfig
 from artigrasp.config.physics import PDGain, PDGains, PhysicsConfig
 from artigrasp.config.refinement import RefinementConfig
+from artigrasp.config.replay import ReplayConfig
 from artigrasp.config.reset import ResetConfig
 from artigrasp.config.reward import RewardConfig
 from artigrasp.config.simulator import SimulatorConfig
@@ -25,6 +26,7 @@ __all__ = [
     "PhaseConfig",
     "PhysicsConfig",
     "RefinementConfig",
+    "ReplayConfig",
     "ResetConfig",
     "ResidualConfig",
     "RewardConfig",

@@ -14,6 +14,7 @@ from artigrasp.config.checks import (
 )
 from artigrasp.config.learning import PPOConfig
 from artigrasp.config.physics import PDGains, PhysicsConfig
+from artigrasp.config.replay import ReplayConfig
 from artigrasp.config.reset import ResetConfig
 from artigrasp.config.reward import RewardConfig
 from artigrasp.config.stage import StageConfig
@@ -63,7 +64,9 @@ class TaskConfig:
     reward: RewardConfig = RewardConfig()
     """What is rewarded."""
     ppo: PPOConfig = PPOConfig()
-    """How it is learned."""
+    """How it is learned; the network and the discount also where it is learned from replay."""
+    replay: ReplayConfig | None = None
+    """How it is learned from replay, in place of PPO; None for PPO."""
 
     def __post_init__(self) -> None:
         require_name(self, "name")

@@ -11,7 +11,7 @@ from tensordict import TensorDict
 from artigrasp.config import ActionConfig, TaskConfig
 from artigrasp.config.task import MIRRORED, Side
 from artigrasp.controllers.mirror import mirror_actions, mirror_features
-from artigrasp.controllers.network import OBSERVATION_GROUP
+from artigrasp.controllers.network import OBSERVATION_GROUP, observed_columns
 from artigrasp.controllers.policy_file import PolicyFile, make_actors
 from artigrasp.environment.tables import action_count
 
@@ -105,6 +105,7 @@ class PolicyController:
     def __init__(self, policy: PolicyFile) -> None:
         """Load the networks' weights."""
         self.task, self.hand = policy.task, policy.hand
+        self._columns = observed_columns(policy.task.ppo)
         self._actors = {name: actor.eval() for name, actor in make_actors(policy).items()}
 
     def act(self, features: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -123,5 +124,6 @@ class PolicyController:
         name = next(each for each in (side, MIRRORED, other) if each in self._actors)
         is_mirrored = name == other or (name == MIRRORED and side == "left")
         seen = mirror_features(features) if is_mirrored else features
-        actions: torch.Tensor = self._actors[name](TensorDict({OBSERVATION_GROUP: seen}, batch_size=len(seen)))
+        observed = TensorDict({OBSERVATION_GROUP: seen[:, self._columns]}, batch_size=len(seen))
+        actions: torch.Tensor = self._actors[name](observed)
         return mirror_actions(actions, features, self.task.action) if is_mirrored else actions

@@ -7,11 +7,27 @@ from rsl_rl.models import MLPModel
 from tensordict import TensorDict
 
 from artigrasp.config import PPOConfig
+from artigrasp.errors import unknown
+from artigrasp.kernels.layout import FEATURE_COUNT, FEATURES, feature_slice
 
 OBSERVATION_GROUP = "policy"
 """The one observation group; actor and critic see the same features."""
 
 OBSERVATION_SETS = {"actor": [OBSERVATION_GROUP], "critic": [OBSERVATION_GROUP]}
+
+
+def observed_columns(ppo: PPOConfig) -> list[int]:
+    """Columns of the features that the networks see.
+
+    Raises:
+        UserError: There is no block of a name.
+    """
+    names = [each.name for each in FEATURES]
+    for name in ppo.observed_features:
+        if name not in names:
+            raise unknown("observed feature", name, names)
+    columns = range(FEATURE_COUNT)
+    return [column for name in ppo.observed_features for column in columns[feature_slice(name)]] or list(columns)
 
 
 def critic_settings(ppo: PPOConfig) -> dict[str, Any]:
@@ -30,8 +46,8 @@ def actor_settings(ppo: PPOConfig) -> dict[str, Any]:
     return {**critic_settings(ppo), "distribution_cfg": distribution}
 
 
-def build_actor(ppo: PPOConfig, observation_count: int, action_count: int) -> MLPModel:
-    """An untrained actor for inference."""
+def build_actor(ppo: PPOConfig, action_count: int) -> MLPModel:
+    """An untrained actor, which sees the observed columns of the features."""
     settings = {key: value for key, value in actor_settings(ppo).items() if key != "class_name"}
-    example = TensorDict({OBSERVATION_GROUP: torch.zeros(1, observation_count)}, batch_size=1)
+    example = TensorDict({OBSERVATION_GROUP: torch.zeros(1, len(observed_columns(ppo)))}, batch_size=1)
     return MLPModel(example, dict(OBSERVATION_SETS), "actor", action_count, **settings)

@@ -14,7 +14,6 @@ from artigrasp.controllers.network import build_actor
 from artigrasp.environment.tables import action_count
 from artigrasp.errors import UserError
 from artigrasp.files import atomic_write, check_format
-from artigrasp.kernels.layout import FEATURE_COUNT
 
 POLICY_FORMAT, POLICY_VERSION = "artigrasp.policy", 2
 """Version 1 had one network, which acted for every hand as it was."""
@@ -109,7 +108,7 @@ def make_actors(policy: PolicyFile) -> dict[str, MLPModel]:
     actors = {}
     for name, state in policy.actors.items():
         with torch.random.fork_rng(devices=[]):  # whoever draws random numbers meanwhile draws the same
-            actors[name] = build_actor(policy.task.ppo, FEATURE_COUNT, action_count(policy.task.action))
+            actors[name] = build_actor(policy.task.ppo, action_count(policy.task.action))
         actors[name].load_state_dict(state)
     return actors
 

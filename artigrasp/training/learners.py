@@ -1,4 +1,4 @@
-"""rsl-rl's PPO for the hands of a scene: a learner for each hand, or one that learns from both and mirrors the left."""
+"""Who learns for the hands of a scene: a learner for each hand, or one that learns from both and mirrors the left."""
 
 import contextlib
 import io
@@ -13,7 +13,14 @@ from tensordict import TensorDict
 from artigrasp.config import TaskConfig
 from artigrasp.config.task import MIRRORED
 from artigrasp.controllers.mirror import mirror_actions, mirror_features
-from artigrasp.controllers.network import OBSERVATION_GROUP, OBSERVATION_SETS, actor_settings, critic_settings
+from artigrasp.controllers.network import (
+    OBSERVATION_GROUP,
+    OBSERVATION_SETS,
+    actor_settings,
+    critic_settings,
+    observed_columns,
+)
+from artigrasp.training.replay import Replay
 
 
 @dataclass(frozen=True)
@@ -25,12 +32,12 @@ class _Rows:
 
 
 class HandLearner:
-    """A PPO learner with a row for each of its hands in every world.
+    """A learner with a row for each of its hands in every world.
 
     Attributes:
         name: Name of its network, one of the task's.
         columns: Its hands' indices in the scene.
-        ppo: rsl-rl's learner.
+        algorithm: rsl-rl's PPO, or what learns from replay in its place.
     """
 
     def __init__(self, name: str, task: TaskConfig, features: torch.Tensor, action_count: int) -> None:
@@ -43,17 +50,22 @@ class HandLearner:
             action_count: Length of one hand's action.
         """
         self.name, self._action = name, task.action
+        self._observed = observed_columns(task.ppo)
         self.columns = [column for column, side in enumerate(task.hands) if name in (side, MIRRORED)]
         self._mirrored = [i for i, hand in enumerate(self.columns) if name == MIRRORED and task.hands[hand] == "left"]
         observations = self._observe(features[:, self.columns])
+        self.algorithm: PPO | Replay
+        if task.replay is not None:
+            self.algorithm = Replay(task.replay, task.ppo, _discount(task), len(self._observed), action_count)
+            return
         rows = cast(VecEnv, _Rows(len(observations), action_count))
         with contextlib.redirect_stdout(io.StringIO()):  # rsl-rl prints its networks
-            self.ppo = PPO.construct_algorithm(observations, rows, _settings(task), str(features.device))
+            self.algorithm = PPO.construct_algorithm(observations, rows, _settings(task), str(features.device))
 
     def act(self, features: torch.Tensor) -> torch.Tensor:
         """Sample actions [world, own hand, action] from the features [world, hand, feature] of all hands."""
         own = features[:, self.columns]
-        actions = self.ppo.act(self._observe(own)).unflatten(0, own.shape[:2])
+        actions = self.algorithm.act(self._observe(own)).unflatten(0, own.shape[:2])
         if self._mirrored:
             # the learner keeps what it did itself; the environment gets the mirror image
             actions = actions.clone()
@@ -61,20 +73,30 @@ class HandLearner:
             actions[:, self._mirrored] = mirrored
         return actions
 
-    def record(self, rewards: torch.Tensor, dones: torch.Tensor, time_outs: torch.Tensor) -> None:
+    def record(self, rewards: torch.Tensor, dones: torch.Tensor, extras: dict[str, torch.Tensor]) -> None:
         """Keep what the last actions led to; all are [world, hand] of all hands."""
-        own = (values[:, self.columns].flatten() for values in (rewards, dones, time_outs))
-        rewards, dones, time_outs = own
+        rewards, dones = (values[:, self.columns].flatten() for values in (rewards, dones))
+        extras = {name: values[:, self.columns].flatten() for name, values in extras.items()}
         nothing = TensorDict({}, batch_size=len(rewards))  # rsl-rl looks at the next observations for RND alone
-        self.ppo.process_env_step(nothing, rewards, dones, {"time_outs": time_outs})
+        self.algorithm.process_env_step(nothing, rewards, dones, extras)
 
     def compute_returns(self, features: torch.Tensor) -> None:
         """Close the collection with the features [world, hand, feature] that follow it."""
-        self.ppo.compute_returns(self._observe(features[:, self.columns]))
+        self.algorithm.compute_returns(self._observe(features[:, self.columns]))
+
+    def update(self) -> dict[str, float]:
+        """Learn; the losses and exploration, by name."""
+        losses = {f"Loss/{name}": value for name, value in self.algorithm.update().items()}
+        if isinstance(self.algorithm, PPO):
+            losses["Policy/std"] = float(self.algorithm.get_policy().output_std.mean().detach())
+            losses["Policy/learning_rate"] = self.algorithm.learning_rate
+        return losses
 
     def state_dict(self) -> dict[str, Any]:
-        """Critic and optimizer; the actor is the policy file's."""
-        return {"critic": self.ppo.critic.state_dict(), "optimizer": self.ppo.optimizer.state_dict()}
+        """Critics and optimizers; the actor is the policy file's."""
+        if isinstance(self.algorithm, Replay):
+            return self.algorithm.state_dict()
+        return {"critic": self.algorithm.critic.state_dict(), "optimizer": self.algorithm.optimizer.state_dict()}
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Take up :meth:`state_dict`.
@@ -82,16 +104,19 @@ class HandLearner:
         Raises:
             KeyError, RuntimeError, TypeError, ValueError: It is that of another learner.
         """
-        self.ppo.critic.load_state_dict(state["critic"])
-        self.ppo.optimizer.load_state_dict(state["optimizer"])
-        self.ppo.learning_rate = self.ppo.optimizer.param_groups[0]["lr"]
+        if isinstance(self.algorithm, Replay):
+            self.algorithm.load_state_dict(state)
+            return
+        self.algorithm.critic.load_state_dict(state["critic"])
+        self.algorithm.optimizer.load_state_dict(state["optimizer"])
+        self.algorithm.learning_rate = self.algorithm.optimizer.param_groups[0]["lr"]
 
     def _observe(self, own: torch.Tensor) -> TensorDict:
         """Features [world, own hand, feature] as the networks see them."""
         if self._mirrored:
             own = own.clone()
             own[:, self._mirrored] = mirror_features(own[:, self._mirrored])
-        rows = own.flatten(0, 1)
+        rows = own.flatten(0, 1)[:, self._observed]
         return TensorDict({OBSERVATION_GROUP: rows}, batch_size=len(rows), device=rows.device)
 
 
@@ -107,7 +132,7 @@ class Learners:
     def train_mode(self) -> None:
         """Let networks learn, their normalisers included."""
         for learner in self.each:
-            learner.ppo.train_mode()
+            learner.algorithm.train_mode()
 
     def act(self, observations: TensorDict) -> torch.Tensor:
         """Sample actions [row, action]."""
@@ -118,10 +143,11 @@ class Learners:
             by_hand[:, learner.columns] = own
         return by_hand.flatten(0, 1)
 
-    def record(self, rewards: torch.Tensor, dones: torch.Tensor, time_outs: torch.Tensor) -> None:
+    def record(self, rewards: torch.Tensor, dones: torch.Tensor, extras: dict[str, torch.Tensor]) -> None:
         """Keep what the last actions led to, all [row]."""
+        by_hand = {name: self._by_hand(values) for name, values in extras.items()}
         for learner in self.each:
-            learner.record(*(self._by_hand(values) for values in (rewards, dones, time_outs)))
+            learner.record(self._by_hand(rewards), self._by_hand(dones), by_hand)
 
     def compute_returns(self, observations: TensorDict) -> None:
         """Close the collection with the observations that follow it."""
@@ -132,16 +158,13 @@ class Learners:
         """Learn from what was collected; the losses, exploration and learning rate, by name."""
         metrics = {}
         for learner in self.each:
-            losses = {f"Loss/{name}": value for name, value in learner.ppo.update().items()}
-            losses["Policy/std"] = float(learner.ppo.get_policy().output_std.mean().detach())
-            losses["Policy/learning_rate"] = learner.ppo.learning_rate
             suffix = f"_{learner.name}" if len(self.each) > 1 else ""
-            metrics |= {f"{name}{suffix}": value for name, value in losses.items()}
+            metrics |= {f"{name}{suffix}": value for name, value in learner.update().items()}
         return metrics
 
     def actors(self) -> dict[str, dict[str, torch.Tensor]]:
         """States of the actor networks by their names."""
-        return {learner.name: learner.ppo.actor.state_dict() for learner in self.each}
+        return {learner.name: learner.algorithm.actor.state_dict() for learner in self.each}
 
     def state_dict(self) -> dict[str, Any]:
         """What else there is to each learner, by the name of its network."""
@@ -154,11 +177,16 @@ class Learners:
             KeyError, RuntimeError, TypeError, ValueError: They are those of other learners.
         """
         for learner in self.each:
-            learner.ppo.actor.load_state_dict(actors[learner.name])
+            learner.algorithm.actor.load_state_dict(actors[learner.name])
             learner.load_state_dict(state[learner.name])
 
     def _by_hand(self, rows: torch.Tensor) -> torch.Tensor:
         return rows.unflatten(0, (-1, self._hand_count))
+
+
+def _discount(task: TaskConfig) -> float:
+    """Discount per decision, which stands for several control steps."""
+    return task.ppo.gamma**task.action.decision_interval
 
 
 def _settings(task: TaskConfig) -> dict[str, Any]:
@@ -175,8 +203,7 @@ def _settings(task: TaskConfig) -> dict[str, Any]:
             "num_learning_epochs": ppo.epochs,
             "num_mini_batches": ppo.mini_batches,
             "clip_param": ppo.clip,
-            # one PPO step stands for several control steps
-            "gamma": ppo.gamma**task.action.decision_interval,
+            "gamma": _discount(task),
             "lam": ppo.gae_lambda,
             "value_loss_coef": ppo.value_coefficient,
             "entropy_coef": ppo.entropy_coefficient,

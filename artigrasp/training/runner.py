@@ -97,7 +97,7 @@ class Runner:
             for _ in range(self.task.ppo.steps_per_env):
                 actions = self.learners.act(observations)
                 observations, rewards, dones, extras = self.env.step(actions)
-                self.learners.record(rewards, dones, extras["time_outs"])
+                self.learners.record(rewards, dones, extras)
             self.learners.compute_returns(observations)
         collected = time.perf_counter()
         with _torch_threads(self.thread_count):

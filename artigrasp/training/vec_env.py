@@ -46,6 +46,7 @@ class HandVecEnv(VecEnv):
         self._reward_rows = wp.to_torch(environment.reward).reshape(self.rows)
         self._terms = [(names, wp.to_torch(values)) for names, values in environment.reward_terms]
         self._feature_rows = self._as_rows(environment.features)
+        self._active = wp.to_torch(environment.goal.active).reshape(self.rows)
         self._failure = wp.to_torch(environment.metrics.failure)
         self._returns: dict[str, list[float]] = {}
         self._reported_failures = environment.failure_counts()
@@ -71,11 +72,12 @@ class HandVecEnv(VecEnv):
             actions: [row, action] the policy's output.
 
         Returns:
-            Observations after it, discounted rewards [row], dones [row] and ``time_outs``: 1 where an episode stopped
-            without being over, so that the learner adds the value that the critic expected. An episode whose outcome is
-            rewarded is over at its end.
+            Observations after it, discounted rewards [row], dones [row] and, by name, ``time_outs``: 1 where an episode
+            stopped without being over, so that the learner adds the value that the critic expected (an episode whose
+            outcome is rewarded is over at its end), and ``active``: 1 where the hand took part.
         """
         self._action_rows.copy_(actions)
+        active = self._active.float()  # before another episode begins
         rewards = torch.zeros(self.rows, device=self.device)
         for control_step in range(self.decision_interval):
             self.environment.step(self._action)
@@ -90,7 +92,7 @@ class HandVecEnv(VecEnv):
         if bool(dones.any()):
             self._end_episodes(dones)
         time_outs = failed if self.task.reward.rewards_outcome else dones
-        return self.get_observations(), rewards, dones.long(), {"time_outs": time_outs.float()}
+        return self.get_observations(), rewards, dones.long(), {"time_outs": time_outs.float(), "active": active}
 
     def pop_episode_means(self) -> dict[str, float]:
         """Means over the episodes that ended since the last call.

@@ -30,7 +30,7 @@ def outcome_reward(sample: Sample, step: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_outcome_is_rewarded_at_the_end() -> None:
-    """Error and success count in the last step only, the mean error and the displacement in every step; idle hands earn nothing."""
+    """Error and success count in the last step only, mean error and displacement in all; idle hands earn nothing."""
     sample = replace(random_sample(WORLD_COUNT), start_angle=np.linspace(0.0, 1.0, WORLD_COUNT))
     error = np.abs(sample.angle - sample.hinge_q)[:, None] * sample.active
     opened = (np.abs(sample.hinge_q - sample.start_angle) > OPENED_ANGLE)[:, None] * sample.active

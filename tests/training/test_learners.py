@@ -52,7 +52,7 @@ def test_each_hand_has_a_learner_of_its_own() -> None:
     assert [learner.name for learner in learners.each] == ["left", "right"]
     actions = collect(learners)
     for hand, learner in enumerate(learners.each):
-        storage = learner.ppo.storage
+        storage = learner.algorithm.storage
         for step in range(STEPS):
             seen = observe(step)[OBSERVATION_GROUP][hand::2]
             assert torch.equal(storage.observations[step][OBSERVATION_GROUP], seen)
@@ -65,7 +65,7 @@ def test_the_mirrored_learner_learns_from_both() -> None:
     learners = make_learners("mirrored")
     (learner,) = learners.each
     actions = collect(learners)
-    storage, config = learner.ppo.storage, two_hands("mirrored").action
+    storage, config = learner.algorithm.storage, two_hands("mirrored").action
     for step in range(STEPS):
         features = observe(step)[OBSERVATION_GROUP]
         seen, done = storage.observations[step][OBSERVATION_GROUP], storage.actions[step]
@@ -89,8 +89,8 @@ def test_every_learner_learns(policies: str, suffixes: list[str]) -> None:
     fresh.load(learners.actors(), learners.state_dict())
     collect(learners), collect(fresh)
     for found, expected in zip(fresh.each, learners.each, strict=True):
-        assert found.ppo.learning_rate == expected.ppo.learning_rate
-        assert torch.equal(found.ppo.storage.values, expected.ppo.storage.values)
+        assert found.algorithm.learning_rate == expected.algorithm.learning_rate
+        assert torch.equal(found.algorithm.storage.values, expected.algorithm.storage.values)
 
 
 def test_states_of_other_learners_do_not_fit() -> None:

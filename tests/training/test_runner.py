@@ -44,14 +44,14 @@ def weights(runner: Runner) -> dict[str, torch.Tensor]:
         f"{each.name}.{model}.{key}": value
         for each in runner.learners.each
         for model in ("actor", "critic")
-        for key, value in getattr(each.ppo, model).state_dict().items()
+        for key, value in getattr(each.algorithm, model).state_dict().items()
     }
 
 
 def only_learner(runner: Runner) -> PPO:
     """rsl-rl's learner of a task with one."""
     (learner,) = runner.learners.each
-    return learner.ppo
+    return learner.algorithm
 
 
 def assert_equal_weights(found: dict[str, torch.Tensor], expected: dict[str, torch.Tensor]) -> None:
