@@ -71,12 +71,20 @@ FEATURES_VERSION = 1
 FEATURE_COUNT = sum(feature.size for feature in FEATURES)
 
 
+SUB_BLOCKS = {"wrist_rotation_error": ("pose_error", 0, 3), "wrist_error_in_part": ("keypoint_error_in_part", 0, 3)}
+"""Parts of blocks that have names of their own: the block, and its columns from where to where."""
+
+
 def feature_slice(name: str) -> slice:
-    """Columns of one block in the feature vector.
+    """Columns of one block in the feature vector, or of a part of one.
 
     Raises:
-        KeyError: there is no block of that name.
+        KeyError: there is none of that name.
     """
+    if name in SUB_BLOCKS:
+        block, begin, end = SUB_BLOCKS[name]
+        first = feature_slice(block).start
+        return slice(first + begin, first + end)
     start = 0
     for feature in FEATURES:
         if feature.name == name:

@@ -2,10 +2,12 @@
 
 from artigrasp.config import CurriculumConfig, TaskConfig
 from artigrasp.errors import unknown
-from artigrasp.tasks import artigrasp, right_fixed_synergy
+from artigrasp.tasks import artigrasp, right_fixed_synergy, right_free_replay
 
 TASKS: dict[str, TaskConfig] = {
-    task.name: task for family in (artigrasp.TASKS, right_fixed_synergy.TASKS) for task in family
+    task.name: task
+    for family in (artigrasp.TASKS, right_fixed_synergy.TASKS, right_free_replay.TASKS)
+    for task in family
 }
 """All tasks by name."""
 

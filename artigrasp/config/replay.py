@@ -25,7 +25,7 @@ class ReplayConfig:
     """Batches that the critics learn from per iteration; the actor learns from every second one."""
     batch_size: int = 256
     """Decisions in a batch."""
-    random_iterations: int = 8
+    random_iterations: int = 6
     """Iterations at the start in which decisions are drawn at random, with the initial deviation of PPO."""
     exploration: float = 0.4
     """Standard deviation of what is tried around the actor's decision."""

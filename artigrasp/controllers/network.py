@@ -8,7 +8,7 @@ from tensordict import TensorDict
 
 from artigrasp.config import PPOConfig
 from artigrasp.errors import unknown
-from artigrasp.kernels.layout import FEATURE_COUNT, FEATURES, feature_slice
+from artigrasp.kernels.layout import FEATURE_COUNT, FEATURES, SUB_BLOCKS, feature_slice
 
 OBSERVATION_GROUP = "policy"
 """The one observation group; actor and critic see the same features."""
@@ -22,7 +22,7 @@ def observed_columns(ppo: PPOConfig) -> list[int]:
     Raises:
         UserError: There is no block of a name.
     """
-    names = [each.name for each in FEATURES]
+    names = [*(each.name for each in FEATURES), *SUB_BLOCKS]
     for name in ppo.observed_features:
         if name not in names:
             raise unknown("observed feature", name, names)

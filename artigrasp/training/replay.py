@@ -156,9 +156,10 @@ class Replay:
         self.iteration = int(state["iteration"])
 
     def _explore(self, seen: torch.Tensor) -> torch.Tensor:
-        """The best candidates around the actor's decisions in the eyes of one critic for each row."""
+        """The best of the actor's decision and candidates around it in the eyes of one critic for each row."""
         count, rows = self.settings.candidate_count, len(seen)
         noise = self.settings.exploration * torch.randn(rows, count, self._action_count)
+        noise[:, 0] = 0.0
         candidates = self.actor.mlp(seen)[:, None] + noise
         self.critics.train()
         repeated = seen[:, None].expand(-1, count, -1).flatten(0, 1)

@@ -14,6 +14,7 @@ from artigrasp.tasks import get_task
 from artigrasp.training.learners import Learners
 
 WORLDS, STEPS = 5, 3
+EXTRAS = {"time_outs": torch.zeros(2 * WORLDS), "active": torch.ones(2 * WORLDS)}
 
 
 def two_hands(policies: str) -> TaskConfig:
@@ -41,7 +42,7 @@ def collect(learners: Learners) -> list[torch.Tensor]:
     with torch.inference_mode():
         for step in range(STEPS):
             actions.append(learners.act(observe(step)))
-            learners.record(rows + 100 * step, torch.zeros(2 * WORLDS).long(), torch.zeros(2 * WORLDS))
+            learners.record(rows + 100 * step, torch.zeros(2 * WORLDS).long(), EXTRAS)
         learners.compute_returns(observe(STEPS))
     return actions
 
