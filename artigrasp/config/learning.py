@@ -35,8 +35,8 @@ class PPOConfig:
     max_grad_norm: float = 0.5
     """Norm at which gradients are clipped."""
     observed_features: tuple[str, ...] = ()
-    """Blocks of features that the networks see, by their names in `kernels/layout.py`; all of them if none is named. From
-    few references a network learns more of less: what tells them apart by heart does not help with others."""
+    """Blocks of features that the networks see, by their names in `kernels/layout.py`; all if none is named. From few
+    references a network learns more of less: what only tells them apart does not help with others."""
     hidden_sizes: tuple[int, ...] = (128, 128)
     """Units of each hidden layer, of actor and critic alike."""
     activation: Literal["elu", "leaky_relu", "relu", "tanh"] = "leaky_relu"
