@@ -8,13 +8,12 @@ from artigrasp.config import TaskConfig
 from artigrasp.controllers.network import build_actor
 from artigrasp.controllers.policy_file import PolicyFile
 from artigrasp.environment.tables import action_count
-from artigrasp.kernels.layout import FEATURE_COUNT
 
 
 def example_policy(task: TaskConfig, **changes: Any) -> PolicyFile:
     """Random weights for a task."""
     torch.manual_seed(0)
-    shape = task.ppo, FEATURE_COUNT, action_count(task.action)
+    shape = task.ppo, action_count(task.action)
     fields: dict[str, Any] = {
         "task": task,
         "hand": "open",
