@@ -10,9 +10,16 @@ from artigrasp.assets.decomposition import cache_folder
 from artigrasp.assets.object_model import ObjectModel
 from artigrasp.assets.object_usd import write_object
 from artigrasp.assets.open_set.box import Box
+from artigrasp.assets.open_set.espresso_machine import EspressoMachine
 from artigrasp.assets.open_set.hinged import Blueprint, make_part
+from artigrasp.assets.open_set.ketchup_bottle import KetchupBottle
 from artigrasp.assets.open_set.laptop import Laptop
+from artigrasp.assets.open_set.microwave import Microwave
+from artigrasp.assets.open_set.mixer import Mixer
+from artigrasp.assets.open_set.notebook import Notebook
 from artigrasp.assets.open_set.parameters import vary
+from artigrasp.assets.open_set.scissors import Scissors
+from artigrasp.assets.open_set.waffle_iron import WaffleIron
 from artigrasp.errors import unknown
 
 
@@ -26,7 +33,14 @@ class Category(Protocol):
 
 CATEGORIES: dict[str, type[Category]] = {
     "box": Box,
+    "espresso-machine": EspressoMachine,
+    "ketchup-bottle": KetchupBottle,
     "laptop": Laptop,
+    "microwave": Microwave,
+    "mixer": Mixer,
+    "notebook": Notebook,
+    "waffle-iron": WaffleIron,
+    "scissors": Scissors,
 }
 _NAME = re.compile(r"open-([a-z-]+?)(?:-([1-9][0-9]{0,8}))?")
 """The prefix tells our objects from ARCTIC's, of which an import makes `box`, `laptop` and others."""

@@ -25,7 +25,7 @@ _EDGE_STEPS = 2
 """Of a rounded edge that is seen."""
 _ROUND_STEPS = 8
 """Of a quarter of a circle that is seen, at most."""
-_ROUND_STEP = 0.003
+_ROUND_STEP = 0.004
 """Length of a step of a rounded corner [m]."""
 
 
@@ -155,7 +155,7 @@ def lathe(
     """
 
     def rings(sections: Sequence[tuple[float, float]], count: int) -> list[Array]:
-        across = _superellipse(count, square) * np.array(stretch)
+        across = _superellipse(_angles(count), square) * np.array(stretch)
         return [_level(radius * across + np.array(middle), place) for radius, place in sections]
 
     largest = max(radius for radius, _ in profile)
@@ -170,6 +170,8 @@ def shell(
     colour: Colour,
     *,
     middle: tuple[float, float] = (0.0, 0.0),
+    stretch: tuple[float, float] = (1.0, 1.0),
+    square: float = 2.0,
     sectors: int = 12,
     density: float = 1.0,
 ) -> Solid:
@@ -180,24 +182,30 @@ def shell(
         thickness: Of the wall, horizontally [m].
         colour: Of the surface.
         middle: Of the axis [m].
+        stretch: Of the sections, in x and y.
+        square: Exponent of the superellipse that the sections are.
         sectors: Pieces around it, per pair of sections.
         density: Relative to the other solids of the part.
     """
+
+    def level(radius: float, height: float, angles: Array) -> Array:
+        return _level(radius * _superellipse(angles, square) * np.array(stretch) + np.array(middle), height)
+
     inside = [(radius - thickness, height) for radius, height in outside]
-    around = 4 * _ROUND_STEPS
-    circle = _superellipse(around, 2.0)
-    loop = [_level(radius * circle + np.array(middle), height) for radius, height in (*outside, *reversed(inside))]
-    shown = _skin(loop, closed=True)
+    around = _angles(4 * _ROUND_STEPS)
+    shown = _skin([level(*section, around) for section in (*outside, *reversed(inside))], closed=True)
     pieces = []
     for (low_outer, low), (high_outer, high) in itertools.pairwise(outside):
         for sector in range(sectors):
             angles = 2 * np.pi * (sector + np.array([0.0, 0.5, 1.0])) / sectors
-            arc = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-            rings = [
-                _level(np.concatenate([radius * arc, (radius - thickness) * arc[[2, 0]]]) + np.array(middle), height)
-                for radius, height in ((low_outer, low), (high_outer, high))
-            ]
-            pieces.append(loft(rings))
+            pieces.append(
+                loft(
+                    [
+                        np.concatenate([level(outer, height, angles), level(outer - thickness, height, angles[[2, 0]])])
+                        for outer, height in ((low_outer, low), (high_outer, high))
+                    ]
+                )
+            )
     return Solid(shown, tuple(pieces), colour, density)
 
 
@@ -235,7 +243,7 @@ def tube(
         reach = radius * np.sqrt(2 * np.pi / count / np.sin(2 * np.pi / count))
         circle = reach * np.stack([np.cos(angles), np.sin(angles)], axis=1)
         return [
-            middle + circle[:, :1] * -across + circle[:, 1:] * normal
+            middle + circle[:, :1] * across + circle[:, 1:] * normal
             for middle, across in zip(points, side, strict=True)
         ]
 
@@ -309,9 +317,12 @@ def _rounded_rectangle(width: float, depth: float, corner: float, steps: int) ->
     return outline[apart], outwards[apart]
 
 
-def _superellipse(count: int, exponent: float) -> Array:
-    """Points of a superellipse of unit radius, counter-clockwise, shape (count, 2)."""
-    angles = 2 * np.pi * (np.arange(count) + 0.5) / count
+def _angles(count: int) -> Array:
+    return 2 * np.pi * (np.arange(count) + 0.5) / count
+
+
+def _superellipse(angles: Array, exponent: float) -> Array:
+    """Points of a superellipse of unit radius, shape (N, 2)."""
     circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     points: Array = np.sign(circle) * np.abs(circle) ** (2 / exponent)
     return points
