@@ -32,7 +32,7 @@ class EpisodeMetrics:
         lift: height of the base frame's origin over its start, now, m.
         turn: angle between the base and its start, now.
         position_error: distance of the base frame's origin from its target, now, m.
-        position_error_min: the same over the episode, m.
+        position_error_mean, position_error_min: the same over the episode, m.
         rotation_error: angle between the base and its target, now.
         rotation_error_min: the same over the episode.
         opened: int, 1 once the angle has changed by more than the threshold.
@@ -54,6 +54,7 @@ class EpisodeMetrics:
     lift: wp.array[float]
     turn: wp.array[float]
     position_error: wp.array[float]
+    position_error_mean: wp.array[float]
     position_error_min: wp.array[float]
     rotation_error: wp.array[float]
     rotation_error_min: wp.array[float]
@@ -172,6 +173,7 @@ def reset_metrics(world_mask: wp.array[int], goal: Goal, metrics: EpisodeMetrics
     metrics.lift[world] = 0.0
     metrics.turn[world] = 0.0
     metrics.position_error[world] = position_error
+    metrics.position_error_mean[world] = position_error
     metrics.position_error_min[world] = position_error
     metrics.rotation_error[world] = rotation_error
     metrics.rotation_error_min[world] = rotation_error
@@ -241,6 +243,7 @@ def update_metrics(
     metrics.lift[world] = wp.transform_get_translation(pose)[2] - wp.transform_get_translation(start)[2]
     metrics.turn[world] = angle_between(start, pose)
     metrics.position_error[world] = position_error
+    metrics.position_error_mean[world] = wp.lerp(metrics.position_error_mean[world], position_error, weight)
     metrics.position_error_min[world] = wp.min(metrics.position_error_min[world], position_error)
     metrics.rotation_error[world] = rotation_error
     metrics.rotation_error_min[world] = wp.min(metrics.rotation_error_min[world], rotation_error)

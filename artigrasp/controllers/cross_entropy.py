@@ -64,16 +64,19 @@ class CrossEntropy:
         return self.settings.rollouts - int(self.candidates.shape[1])
 
     def propose(self) -> NDArray[np.float64]:
-        """Draw the next candidates, shape [problem, candidate, number]."""
+        """Draw the next candidates, shape [problem, candidate, number]: zero first and by itself, then populations."""
+        if not self.candidates.shape[1]:
+            return np.zeros((len(self._mean), 1, self._mean.shape[1]))
         count = min(self.settings.population, self.rollouts_left)
         noise = np.stack([each.standard_normal((count, self._mean.shape[1])) for each in self._generators])
         proposed: NDArray[np.float64] = self._mean[:, None] + self._std[:, None] * noise
-        if not self.candidates.shape[1]:
-            proposed[:, 0] = 0.0
         return proposed
 
     def learn(self, candidates: NDArray[np.float64], scores: NDArray[np.float64]) -> None:
-        """Take in the scores of proposed candidates, shape [problem, candidate], and fit the distribution anew."""
+        """Take in the scores of proposed candidates, shape [problem, candidate], and fit the distribution anew.
+
+        Problems that are given up have scores of minus infinity.
+        """
         self.candidates = np.concatenate([self.candidates, candidates], axis=1)
         self.scores = np.concatenate([self.scores, scores], axis=1)
         order = np.argsort(-self.scores, axis=1, kind="stable")

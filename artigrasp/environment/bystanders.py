@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import warp as wp
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from artigrasp.assets.object import ObjectModel
 from artigrasp.environment import tables
@@ -77,7 +77,7 @@ class Bystanders:
             rows[:, slot] = values
             array.assign(rows)
 
-    def place_like(self, other: "Bystanders", count: int) -> None:
+    def place_like(self, other: "Bystanders", count: int | NDArray[np.integer]) -> None:
         """Places for so many copies of every world of ``other``, side by side."""
         for name in states.element_types(states.ObjectSlots):
             getattr(self._places, name).assign(np.repeat(getattr(other._places, name).numpy(), count, axis=0))

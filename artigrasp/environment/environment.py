@@ -153,15 +153,20 @@ class Environment:
         """Hinge and masses of every world's object, as kernels take them."""
         return self._bystanders.object_model
 
-    def repeat(self, count: int) -> "Environment":
-        """An environment with every world so many times, side by side; its episodes start anew."""
+    def repeat(self, count: int | NDArray[np.integer], phases: Sequence[PhaseConfig] | None = None) -> "Environment":
+        """An environment with every world so many times, side by side; its episodes start anew.
+
+        Args:
+            count: A number, or one for every world, zero for those that are left out.
+            phases: What an episode consists of; all of this one's phases by default.
+        """
         worlds = self.worlds.repeat(count)
         repeated = Environment(
             self.task,
             self.references,
             worlds,
             bystanders=self.bystanders,
-            sequence=self.phases,
+            sequence=phases or self.phases,
             retry_count=self._retry_count,
             seed=self.seed,
             noise=self._noise,
@@ -287,6 +292,7 @@ class Environment:
             "lift": self.metrics.lift,
             "turn": self.metrics.turn,
             "position_error": self.metrics.position_error,
+            "mean_position_error": self.metrics.position_error_mean,
             "rotation_error": self.metrics.rotation_error,
             "least_angle_error": self.metrics.angle_error_min,
             "least_position_error": self.metrics.position_error_min,

@@ -36,8 +36,8 @@ class WorldPlan:
         """Number of worlds."""
         return len(self.object_index)
 
-    def repeat(self, count: int) -> "WorldPlan":
-        """Every world so many times, side by side."""
+    def repeat(self, count: int | NDArray[np.integer]) -> "WorldPlan":
+        """Every world so many times, a number or one for each, side by side."""
         given = {name: values for name, values in vars(self).items() if values is not None}
         return WorldPlan(**{name: np.repeat(values, count, axis=0) for name, values in given.items()})
 

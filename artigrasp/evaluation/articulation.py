@@ -124,7 +124,7 @@ ARTICULATION = Experiment(
     success=Metric("suc_a", "Suc.A", ""),
     criteria={"paper": paper_success, "released": released_success, "strict": strict_success},
     metrics=(Metric("aae", "AAE rad", "angle_error"), Metric("sd", "SD m", "mean_displacement")),
-    objective=OPEN,
+    objectives=(OPEN,),
     target=Metric("goal_angle", "goal angle [rad]", "goal_angle"),
     paper_rows={
         "test": {

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.controller import Controller
+from artigrasp.controllers.search import Objective
 from artigrasp.environment.worlds import planned_worlds
 from artigrasp.errors import UserError
 from artigrasp.evaluation.experiment import Experiment, Metric, Outcomes, Trials
@@ -191,6 +192,25 @@ def _paper_row(success: float, distance: float, angle: float, hinge: float) -> M
     return {"suc_t": success, "pe": distance, "ae": angle, "aae": hinge}
 
 
+_AT_POSE = {"position_error": (-np.inf, REACHED_DISTANCE), "rotation_error": (-np.inf, REACHED_TURN)}
+
+PUT_IN_PLACE = Objective(
+    within=_AT_POSE,
+    weights={"position_error": -5.0, "rotation_error": -1.0, "mean_position_error": -2.0, "max_tilt": -0.2},
+    error="position_error",
+    # opening moves it further
+    enough={"position_error": (-np.inf, 0.03), "rotation_error": (-np.inf, 0.12)},
+)
+"""To carry the object to its target on the table and leave it there."""
+
+OPEN_IN_PLACE = Objective(
+    within={**_AT_POSE, "angle_error": (-np.inf, REACHED_ANGLE)},
+    weights={"angle_error": -1.0, "position_error": -5.0, "rotation_error": -1.0, "mean_angle_error": -0.2},
+    error="angle_error",
+    enough={"angle_error": (-np.inf, STRICT_REACHED_ANGLE)},
+)
+"""To open it there."""
+
 COMPOSED = Experiment(
     name="composed",
     kinds=("articulate", "grasp"),
@@ -204,6 +224,7 @@ COMPOSED = Experiment(
         Metric("ae", "AE rad", "rotation_error"),
         Metric("aae", "AAE rad", "angle_error"),
     ),
+    objectives=(PUT_IN_PLACE, OPEN_IN_PLACE),
     target=Metric("goal_angle", "goal angle [rad]", "goal_angle"),
     paper_rows={
         "test": {"D-Grasp": _paper_row(0.11, 0.05, 0.15, 0.66), "ArtiGrasp": _paper_row(0.50, 0.03, 0.10, 0.41)}

@@ -1,7 +1,7 @@
 """What a search found in every trial, as a file from which a policy can learn.
 
-A demonstration is a decision: offsets along the synergies, held for an episode of the task that the file names, from
-the start that the reference gives. ``success`` says which of them are worth imitating.
+A demonstration is a decision, or one for each skill of a sequence: offsets along the synergies of the task that the
+file names, from the start that the reference gives. ``success`` says which of them are worth imitating.
 """
 
 import json
@@ -19,7 +19,7 @@ from artigrasp.environment.tables import synergy_directions
 from artigrasp.errors import UserError
 from artigrasp.evaluation.evaluate import Evaluation
 
-FORMAT, VERSION = "artigrasp.demonstrations", 1
+FORMAT, VERSION = "artigrasp.demonstrations", 2
 _TARGET = "target_"
 """What the names of the targets' arrays begin with in a file."""
 
@@ -37,7 +37,9 @@ class Demonstrations:
     """What was to be reached, by name, [trial, ...]."""
     offsets: NDArray[np.float32]
     """Offsets of each of the task's hands in units of their scales along the task's directions, in the order of
-    ``SYNERGIES``, [trial, hand, direction]."""
+    ``SYNERGIES``, for each decision of an episode, [trial, decision, hand, direction]."""
+    rollouts: NDArray[np.int64]
+    """Rollouts until the search was content or had none left, [trial]."""
     success: NDArray[np.bool_]
     """Whether the best of the first rollouts succeeds, [trial, rollout]."""
     error: NDArray[np.float64]
@@ -63,7 +65,8 @@ def demonstrations_of(evaluation: Evaluation[Any]) -> Demonstrations:
 
 def save_demonstrations(path: Path, demonstrations: Demonstrations) -> None:
     """Write a file of demonstrations, whole or not at all."""
-    arrays = {name: getattr(demonstrations, name) for name in ("object", "source", "offsets", "success", "error")}
+    names = ("object", "source", "offsets", "rollouts", "success", "error")
+    arrays = {name: getattr(demonstrations, name) for name in names}
     arrays |= {_TARGET + name: values for name, values in demonstrations.targets.items()}
     save_arrays(path, FORMAT, VERSION, {**arrays, "task": np.array(json.dumps(to_dict(demonstrations.task)))})
 
@@ -84,7 +87,8 @@ def load_demonstrations(path: Path) -> Demonstrations:
             object=check_array("object", arrays["object"], ("N",), np.str_, sizes),
             source=check_array("source", arrays["source"], ("N",), np.str_, sizes),
             targets={name.removeprefix(_TARGET): values for name, values in arrays.items() if name.startswith(_TARGET)},
-            offsets=check_array("offsets", arrays["offsets"], ("N", "H", "D"), np.float32, sizes),
+            offsets=check_array("offsets", arrays["offsets"], ("N", "S", "H", "D"), np.float32, sizes),
+            rollouts=check_array("rollouts", arrays["rollouts"], ("N",), np.int64, sizes),
             success=check_array("success", arrays["success"], ("N", "K"), np.bool_, sizes),
             error=check_array("error", arrays["error"], ("N", "K"), np.float64, sizes),
         )

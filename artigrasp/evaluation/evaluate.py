@@ -113,9 +113,9 @@ def evaluate(
             where the experiment has no objective.
     """
     if isinstance(controller, SearchController):
-        if experiment.objective is None:
+        if not experiment.objectives:
             raise UserError(f"controller: expected one that does not search for {experiment.name}, found a search")
-        controller = controller.seeking(experiment.objective)
+        controller = controller.seeking(experiment.objectives)
     chosen = [each.select(split=split, kind=experiment.kinds) for each in references]
     trials = experiment.draw_trials(chosen, seed)
     if per_object is not None:
@@ -216,7 +216,7 @@ def _fingerprint(
         "seed": seed,
     }
     if isinstance(controller, SearchController):
-        words["search"] = [repr(controller.settings), repr(controller.objective), controller.seed]
+        words["search"] = [repr(controller.settings), repr(controller.objectives), controller.seed]
     digest = hashlib.sha256(json.dumps(words, sort_keys=True).encode())
     if policy is not None and (path := Path(policy)).is_file():
         digest.update(path.read_bytes())

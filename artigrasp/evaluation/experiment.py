@@ -185,8 +185,8 @@ class Experiment(Generic[O]):
     """The paper's numbers by split, row and key."""
     paper_note: str
     """What the paper's rows are."""
-    objective: Objective | None = None
-    """What a search seeks; without one there is no search."""
+    objectives: tuple[Objective, ...] = ()
+    """What a search seeks by each decision of an episode; without them there is no search."""
 
     @property
     def all_metrics(self) -> tuple[Metric, ...]:

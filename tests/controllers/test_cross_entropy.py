@@ -35,9 +35,9 @@ def test_the_first_candidate_is_zero() -> None:
     assert search.best(1).tolist() == [0, 0, 0] and search.best()[1] == 0
 
 
-@pytest.mark.parametrize(("rollouts", "drawn"), [(1, [1]), (5, [4, 1]), (8, [4, 4])])
+@pytest.mark.parametrize(("rollouts", "drawn"), [(1, [1]), (5, [1, 4]), (8, [1, 4, 3])])
 def test_no_more_rollouts_than_asked_for(rollouts: int, drawn: list[int]) -> None:
-    """The last population is cut."""
+    """The first candidate comes by itself, and the last population is cut."""
     search = CrossEntropy([(0,)], 3, CrossEntropySettings(rollouts=rollouts, population=4))
     counts = []
     while search.rollouts_left:
@@ -61,5 +61,22 @@ def test_nothing_is_learned_where_all_do_alike() -> None:
     """Scores without a difference leave the search as wide as it was."""
     settings = CrossEntropySettings(rollouts=400, population=200, initial_std=0.7)
     search = CrossEntropy([(0, 1)], 12, settings)
-    search.learn(candidates := search.propose(), np.full(candidates.shape[:2], -1.0))
+    for count in (1, 200):
+        search.learn(candidates := search.propose(), np.full(candidates.shape[:2], -1.0))
+        assert candidates.shape[1] == count
     assert search.propose().std() == pytest.approx(0.7, abs=0.03)
+
+
+def test_what_is_given_up_keeps_its_best() -> None:
+    """Candidates without a score do not count, and do not disturb the others."""
+    settings = CrossEntropySettings(rollouts=21, population=5)
+    whole = run(GOALS, settings, [(0, 1), (0, 2), (0, 3)])
+    search = CrossEntropy([(0, 1), (0, 2), (0, 3)], 3, settings)
+    while search.rollouts_left:
+        candidates = search.propose()
+        scores = -np.linalg.norm(candidates - GOALS[:, None], axis=-1)
+        if search.candidates.shape[1] >= 6:
+            scores[1] = -np.inf
+        search.learn(candidates, scores)
+    assert search.best()[1] < 6
+    np.testing.assert_array_equal(search.candidates[[0, 2]], whole.candidates[[0, 2]])

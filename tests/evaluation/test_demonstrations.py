@@ -20,7 +20,8 @@ def path(tmp_path: Path) -> Path:
     """What an evaluation of a search with eight rollouts leaves for four trials."""
     random = np.random.default_rng(0)
     found = FoundOffsets(
-        random.normal(size=(4, 1, 14)).astype(np.float32),
+        random.normal(size=(4, 1, 1, 14)).astype(np.float32),
+        np.array([8, 1, 8, 3]),
         np.maximum.accumulate(random.random((4, 8)) > 0.7, axis=1),
         random.random((4, 8)),
     )
@@ -30,7 +31,7 @@ def path(tmp_path: Path) -> Path:
     loaded = load_demonstrations(tmp_path / "demonstrations.npz")
     expected = demonstrations_of(evaluation)
     assert loaded.task == expected.task == SEARCHED
-    for name in ("object", "source", "offsets", "success", "error"):
+    for name in ("object", "source", "offsets", "rollouts", "success", "error"):
         np.testing.assert_array_equal(getattr(loaded, name), getattr(expected, name))
     assert loaded.targets["goal_angle"].tolist() == [0.5, 1.0, 0.5, 1.0]
     assert "Success of search by rollouts: " in (tmp_path / "metrics.md").read_text()
@@ -41,7 +42,7 @@ def test_a_damaged_file_is_refused(path: Path) -> None:
     """One line names the file and the field."""
     arrays = load_arrays(path, FORMAT, VERSION)
     for name, value, message in (
-        ("offsets", np.zeros((4, 2, 14)), r"offsets: expected shape \(N=4, H=1, D=14\), found \(4, 2, 14\)"),
+        ("offsets", np.zeros((4, 1, 2, 14)), r"offsets: expected shape \(N=4, S=1, H=1, D=14\), found \(4, 1, 2, 14\)"),
         ("success", np.zeros((3, 8), bool), r"success: expected shape"),
         ("task", np.array("{}"), r"task: name"),
         ("error", None, "error: expected an array, found none"),

@@ -145,6 +145,6 @@ def test_a_search_is_cut_by_its_worlds(counted: list[int], tmp_path: Path) -> No
     first, second = (measured(controller, 12, chunk_folder=tmp_path) for _ in range(2))
     assert counted == [3] * 5 and (first.rollout_count, first.label) == (6, "search, 6 rollouts")
     assert first.found is not None and second.found is not None
-    assert first.found.offsets.shape == (15, 1, 14) and first.found.success.shape == (15, 6)
+    assert first.found.offsets.shape == (15, 1, 1, 14) and first.found.success.shape == (15, 6)
     for name, values in vars(first.found).items():
         np.testing.assert_array_equal(getattr(second.found, name), values)
