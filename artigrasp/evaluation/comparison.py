@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from artigrasp.errors import UserError
-from artigrasp.evaluation.experiment import CRITERIA, Experiment
+from artigrasp.evaluation.experiment import CRITERIA, Experiment, group_numbers
 from artigrasp.evaluation.protocols import EXPERIMENTS
 from artigrasp.evaluation.report import METRICS_FORMAT, METRICS_VERSION, format_estimate, markdown_table
 from artigrasp.evaluation.statistics import Estimate, estimate_mean
@@ -132,7 +132,7 @@ def compare(first: Run, second: Run) -> Comparison:
     columns |= {metric.key: metric.column for metric in experiment.all_metrics}
     values = {name: tuple(_numbers(run, keys, column) for run in (first, second)) for name, column in columns.items()}
     objects = np.array([key[0] for key in keys])
-    groups = np.unique([f"{key[0]} {key[1]}" for key in keys], return_inverse=True)[1]
+    groups = group_numbers([[_words(first, keys, name) for name in names] for names in experiment.outcomes.grouping])
 
     def differences(rows: NDArray[np.bool_]) -> dict[str, Difference]:
         return {
@@ -174,12 +174,17 @@ def comparison_table(comparison: Comparison) -> str:
     return "\n".join(lines)
 
 
+def _words(run: Run, keys: list[tuple[str, ...]], column: str) -> NDArray[np.str_]:
+    try:
+        return np.array([run.trials[key][column] for key in keys])
+    except KeyError:
+        raise UserError(f"{run.folder / 'trials.csv'}: {column}: expected a column, found none") from None
+
+
 def _numbers(run: Run, keys: list[tuple[str, ...]], column: str) -> NDArray[np.float64]:
     truths = {"True": 1.0, "False": 0.0}
     try:
-        words = [run.trials[key][column] for key in keys]
+        words = _words(run, keys, column).tolist()
         return np.array([truths[word] if word in truths else float(word) for word in words])
-    except KeyError:
-        raise UserError(f"{run.folder / 'trials.csv'}: {column}: expected a column, found none") from None
     except (TypeError, ValueError) as error:
         raise UserError(f"{run.folder / 'trials.csv'}: {column}: expected numbers, found others: {error}") from None

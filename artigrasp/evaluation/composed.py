@@ -3,6 +3,7 @@
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +41,8 @@ LOST_DISTANCE, LOST_ANGLE = 1.0, 2.0
 class ComposedOutcomes(Outcomes):
     """What happened in each trial of the composed task; every array has the shape [trial]."""
 
+    grouping: ClassVar[tuple[tuple[str, ...], ...]] = (("object", "reference"), ("object", "articulation"))
+
     articulation: NDArray[np.int64]
     """Index among the object's articulation references of the split; ``reference`` is that of the grasp."""
     articulation_source: NDArray[np.str_]
@@ -61,12 +64,6 @@ class ComposedOutcomes(Outcomes):
     def angle_error(self) -> NDArray[np.float64]:
         """|goal − final angle| [rad]."""
         return np.asarray(np.abs(self.goal_angle - self.final_angle))
-
-    @property
-    def groups(self) -> NDArray[np.int64]:
-        """Number of the object, grasp and articulation that a trial shares with others."""
-        triples = np.rec.fromarrays([self.object, self.reference, self.articulation])
-        return np.asarray(np.unique(triples, return_inverse=True)[1])
 
 
 def paper_success(outcomes: ComposedOutcomes) -> NDArray[np.bool_]:
@@ -224,6 +221,7 @@ COMPOSED = Experiment(
         Metric("ae", "AE rad", "rotation_error"),
         Metric("aae", "AAE rad", "angle_error"),
     ),
+    sequence=GRASP_THEN_ARTICULATE,
     objectives=(PUT_IN_PLACE, OPEN_IN_PLACE),
     target=Metric("goal_angle", "goal angle [rad]", "goal_angle"),
     paper_rows={

@@ -19,6 +19,8 @@ from artigrasp.config import SimulatorConfig, TaskConfig, to_dict
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.rollout import Planner
 from artigrasp.controllers.search import FoundOffsets, SearchController
+from artigrasp.controllers.skills import with_skills
+from artigrasp.environment.tables import PHASE_LIMITS
 from artigrasp.errors import UserError
 from artigrasp.evaluation.experiment import Experiment, O, Trials
 from artigrasp.references.reference import ReferenceSet
@@ -212,6 +214,8 @@ def _fingerprint(
         "task": to_dict(controller.task),
         "controller": controller.name,
         "settings": settings,
+        "sequence": [to_dict(phase) for phase in with_skills(experiment.sequence, controller)],
+        "phase_limits": PHASE_LIMITS,
         "artigrasp": importlib.metadata.version("artigrasp"),
         "seed": seed,
     }

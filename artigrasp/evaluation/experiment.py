@@ -2,12 +2,12 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any, Generic, Protocol, Self, TypeVar
+from typing import Any, ClassVar, Generic, Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from artigrasp.config import SimulatorConfig
+from artigrasp.config import PhaseConfig, SimulatorConfig
 from artigrasp.config.task import Kind
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.search import Objective
@@ -52,6 +52,9 @@ class Trials:
 class Outcomes:
     """What happened in each trial; every array is indexed [trial, ...]."""
 
+    grouping: ClassVar[tuple[tuple[str, ...], ...]] = (("object", "reference"),)
+    """For every kind of reference that a trial has, the fields that name it."""
+
     object: NDArray[np.str_]
     reference: NDArray[np.int64]
     """Index among the object's references of the kind and split, as `artigrasp generate --reference` counts."""
@@ -83,9 +86,13 @@ class Outcomes:
 
     @property
     def groups(self) -> NDArray[np.int64]:
-        """Number of the object and reference that a trial shares with others."""
-        pairs = np.rec.fromarrays([self.object, self.reference])
-        return np.asarray(np.unique(pairs, return_inverse=True)[1])
+        """Numbers of the references that a trial shares with others, one of each kind, [trial, kind]."""
+        return group_numbers([[getattr(self, name) for name in names] for names in self.grouping])
+
+    @property
+    def reference_count(self) -> int:
+        """Number of references in all trials."""
+        return int((self.groups.max(axis=0) + 1).sum())
 
     def __len__(self) -> int:
         return len(self.object)
@@ -103,6 +110,12 @@ class Outcomes:
     def columns(self) -> dict[str, NDArray[Any]]:
         """Every array by its name."""
         return {each.name: getattr(self, each.name) for each in fields(self)}
+
+
+def group_numbers(kinds: Sequence[Sequence[NDArray[Any]]]) -> NDArray[np.int64]:
+    """Numbers from zero on, alike where all columns of a kind are, [trial, kind]."""
+    numbers = [np.unique(np.rec.fromarrays(columns), return_inverse=True)[1].reshape(-1) for columns in kinds]
+    return np.stack(numbers, axis=1)
 
 
 O = TypeVar("O", bound=Outcomes)  # noqa: E741
@@ -185,6 +198,8 @@ class Experiment(Generic[O]):
     """The paper's numbers by split, row and key."""
     paper_note: str
     """What the paper's rows are."""
+    sequence: tuple[PhaseConfig, ...] = ()
+    """Phases that are played; without them there is one, the controller's task."""
     objectives: tuple[Objective, ...] = ()
     """What a search seeks by each decision of an episode; without them there is no search."""
 

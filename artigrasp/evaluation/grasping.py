@@ -138,6 +138,7 @@ GRASPING = Experiment(
         Metric("ae", "AE rad", "rotation_error"),
         Metric("ae_released", "AE to start rad", "turn"),
     ),
+    sequence=sequences.GRASPING,
     objectives=(CARRY,),
     target=Metric("target_height", "height of the target [m]", "target_height"),
     paper_rows={

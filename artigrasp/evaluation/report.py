@@ -36,7 +36,7 @@ def metrics_dict(evaluation: Evaluation[Any]) -> dict[str, Any]:
         "seed": evaluation.seed,
         "targets": list(evaluation.trials.targets),
         "trials": len(outcomes),
-        "references": len(np.unique(outcomes.groups)),
+        "references": outcomes.reference_count,
         "failed": int(outcomes.failed.sum()),
         "wall_time": evaluation.wall_time,
         "settings": dict(evaluation.settings),
@@ -93,7 +93,7 @@ def metrics_table(evaluations: Sequence[Evaluation[Any]]) -> str:
         rows.append([f"{name} (paper)", *cells, ""])
     lines = [
         f"{experiment.name.capitalize()} on {', '.join(first.objects)}, split {first.split}, seed {first.seed}: "
-        f"{len(first.outcomes)} trials of {len(np.unique(first.outcomes.groups))} references, "
+        f"{len(first.outcomes)} trials of {first.outcomes.reference_count} references, "
         "95 % intervals in brackets.",
         "",
         markdown_table(header, rows),

@@ -110,7 +110,7 @@ def test_every_pair_is_played(monkeypatch: pytest.MonkeyPatch) -> None:
     )  # fmt: skip
     outcomes = evaluation.outcomes
     assert outcomes.reference.tolist() == [0, 0, 1, 1] and outcomes.articulation.tolist() == [0, 1, 0, 1]
-    assert len(np.unique(outcomes.groups)) == 4
+    assert outcomes.groups.tolist() == [[0, 0], [0, 1], [1, 0], [1, 1]] and outcomes.reference_count == 4
     assert set(outcomes.failed_phase) == {"grasp: not grasped"}
     np.testing.assert_allclose(outcomes.goal_angle, evaluation.trials.targets["goal_angle"], atol=1e-6)
     np.testing.assert_allclose(outcomes.rotation_error, np.abs(outcomes.rotation_error), atol=0.0)

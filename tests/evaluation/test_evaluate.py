@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from artigrasp.config import SimulatorConfig
+from artigrasp.config import PhaseConfig, SimulatorConfig
 from artigrasp.controllers.controller import Controller, ZeroController, pd_ik_controller
 from artigrasp.controllers.cross_entropy import CrossEntropySettings
 from artigrasp.controllers.search import SearchController
@@ -81,8 +81,10 @@ def test_what_is_done_is_not_done_again(counted: list[int], tmp_path: Path) -> N
     assert counted == [4, 4, 4, 15, 4, 3]
 
 
-def test_chunks_of_other_evaluations_are_left_alone(counted: list[int], tmp_path: Path) -> None:
-    """Another task, controller, seed or policy begins anew, and so do other weights in a file of the same name."""
+def test_chunks_of_other_evaluations_are_left_alone(
+    counted: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another task, physics, controller, seed, policy or sequence begins anew, and other weights in a file as well."""
     policy = tmp_path / "policy.pt"
     policy.write_bytes(b"weights")
     folder = tmp_path / "chunks"
@@ -90,6 +92,7 @@ def test_chunks_of_other_evaluations_are_left_alone(counted: list[int], tmp_path
     variants: list[tuple[Controller, dict[str, Any]]] = [
         (ZeroController(SHORTEST), {}),
         (ZeroController(replace(SHORTEST, episode_steps=3)), {}),
+        (ZeroController(replace(SHORTEST, physics=replace(SHORTEST.physics, impratio=10.0))), {}),
         (pd_ik_controller(SHORTEST), {}),
         (ZeroController(SHORTEST), {"seed": 1}),
         (ZeroController(SHORTEST), {"policy": str(policy)}),
@@ -102,6 +105,9 @@ def test_chunks_of_other_evaluations_are_left_alone(counted: list[int], tmp_path
     policy.write_bytes(b"other weights")
     measured(ZeroController(SHORTEST), chunk_folder=folder, policy=str(policy))
     assert len(counted) == len(variants) + 1
+    monkeypatch.setitem(vars(ARTICULATION), "sequence", (PhaseConfig("reach", 2),))
+    measured(ZeroController(SHORTEST), chunk_folder=folder)
+    assert len(counted) == len(variants) + 2
 
 
 def test_processes_share_the_chunks(counted: list[int], tmp_path: Path) -> None:

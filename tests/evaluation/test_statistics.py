@@ -56,6 +56,52 @@ def test_one_group_tells_nothing_of_the_spread() -> None:
     assert (found.value, found.low, found.high, found.trials) == (0.2, None, None, 2)
 
 
+def crossed(rows: int, columns: int) -> np.ndarray:
+    """Groups of every pair of a row and a column, [trial, 2]."""
+    return np.stack(np.meshgrid(range(rows), range(columns), indexing="ij"), axis=-1).reshape(-1, 2)
+
+
+def test_pairs_count_the_fewer_of_their_references() -> None:
+    """Success that depends on one of four grasps is known no better for nine articulations of each."""
+    groups = crossed(4, 9)
+    found, single = estimate_rate(groups[:, 0] < 3, groups), estimate_rate(np.arange(4) < 3, range(4))
+    assert (found.value, found.low, found.high) == pytest.approx((single.value, single.low, single.high))
+    assert found.trials == 36
+
+
+def test_unequal_groups_count_as_fewer() -> None:
+    """Nine trials of one reference and one of another are hardly two experiments."""
+    groups = np.repeat([0, 1], [9, 1])
+    found = estimate_rate(np.ones(10), groups)
+    even = estimate_rate(np.ones(10), np.repeat([0, 1], 5))
+    assert found.low < even.low
+
+
+def test_both_references_of_pairs_spread_a_mean() -> None:
+    """If one kind of reference explains all, the interval is that kind's; if both do, it is wider than either's."""
+    rng = np.random.default_rng(0)
+    groups = crossed(8, 12)
+    rows, columns = rng.normal(size=8)[groups[:, 0]], rng.normal(size=12)[groups[:, 1]]
+    one, alone = estimate_mean(rows, groups), estimate_mean(rows, groups[:, 0])
+    assert (one.low, one.high) == pytest.approx((alone.low, alone.high))
+    both = estimate_mean(rows + columns, groups)
+    widths = [estimate_mean(rows + columns, groups[:, kind]) for kind in (0, 1)]
+    assert both.high - both.low > max(each.high - each.low for each in widths)
+
+
+def test_intervals_of_crossed_trials_cover_what_they_promise() -> None:
+    """About 95 % hold the truth, where half of that would if pairs were taken for independent."""
+    rng = np.random.default_rng(2)
+    groups = crossed(10, 14)
+    held = naive = 0
+    for _ in range(300):
+        values = rng.normal(size=10)[groups[:, 0]] + rng.normal(size=14)[groups[:, 1]] + rng.normal(size=140)
+        pairs, independent = estimate_mean(values, groups), estimate_mean(values, np.arange(140))
+        held += pairs.low < 0.0 < pairs.high
+        naive += independent.low < 0.0 < independent.high
+    assert held / 300 > 0.9 and naive / 300 < 0.7
+
+
 def test_intervals_cover_what_they_promise() -> None:
     """Of many experiments with correlated trials, about 95 % of the intervals hold the truth."""
     rng = np.random.default_rng(1)
