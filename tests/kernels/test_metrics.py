@@ -131,13 +131,14 @@ def test_masked_reset(trajectory: list[Sample]) -> None:
     fresh = {"angle": start, "angle_error": error, "angle_error_mean": error, "angle_error_min": error}
     fresh |= {name + suffix: values for name, values in (("position_error", away), ("rotation_error", off))
               for suffix in ("", "_min")}  # fmt: skip
+    fresh["position_error_mean"] = away
     for name, values in before.items():
         expected = np.where(mask == 1, fresh.get(name, 0), values)
         np.testing.assert_allclose(getattr(metrics, name).numpy(), expected, atol=1e-5)
 
 
 def test_the_least_errors_are_kept(trajectory: list[Sample]) -> None:
-    """From a reset on, the smallest error of any step remains, whatever comes later."""
+    """From a reset on, the smallest error of any step remains, whatever comes later; the mean is of all steps."""
     metrics = episode_metrics(WORLD_COUNT)
     everywhere = wp.full(WORLD_COUNT, 1, dtype=int)
     wp.launch(reset_metrics, dim=WORLD_COUNT, inputs=[everywhere, to_device(trajectory[0]).goal, metrics])
@@ -146,6 +147,7 @@ def test_the_least_errors_are_kept(trajectory: list[Sample]) -> None:
     poses = [trajectory[0].start_object_pose, *(step.pose for step in trajectory)]
     away = np.stack([np.linalg.norm(pose[:, :3] - target[:, :3], axis=-1) for pose in poses])
     np.testing.assert_allclose(result["position_error_min"], away.min(0), atol=1e-5)
+    np.testing.assert_allclose(result["position_error_mean"], away[1:].mean(0), atol=1e-5)
     np.testing.assert_allclose(
         result["rotation_error_min"], np.min([angle_between(p, target) for p in poses], 0), atol=1e-4
     )
