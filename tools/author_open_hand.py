@@ -12,6 +12,7 @@ the axes on which finger joints do not move.
 """
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from artigrasp.assets.hand import Box, Capsule, Collider, HandModel, mirror, write_hand
+from artigrasp.assets.skin_drawing import draw_skin
 from artigrasp.kernels.layout import DOF_COUNT, FINGERS, LINK_COUNT, TIP_FINGERS
 
 Array = NDArray[np.float64]
@@ -88,7 +90,7 @@ def open_hand(folder: Path) -> HandModel:
     mass[0] = MASS - mass[1:].sum()
     slides = np.arange(DOF_COUNT) < 3
     wrist_limit = np.repeat([2.8, np.pi], 3)
-    return HandModel(
+    hand = HandModel(
         name="open",
         side="right",
         path=folder / "open_right.usda",
@@ -104,6 +106,7 @@ def open_hand(folder: Path) -> HandModel:
         link_inertia=inertia,
         colliders=tuple(colliders),
     )
+    return replace(hand, skin=draw_skin(hand))
 
 
 def _bones(finger: str) -> tuple[Array, list[Array]]:

@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from artigrasp.assets.hand_skin import HandSkin, mirror_skin
+
 Array = NDArray[np.float64]
 
 MIRROR_POSITION = np.array([-1.0, 1.0, 1.0])
@@ -73,6 +75,7 @@ class HandModel:
         link_com: Centre of mass of each link in its own frame [m], shape (16, 3).
         link_inertia: Inertia of each link about its centre of mass, in its own axes [kg·m²], shape (16, 3, 3).
         colliders: The collision shapes of each link.
+        skin: What is seen of it; None if its file has none, as those of earlier versions.
     """
 
     name: str
@@ -89,6 +92,7 @@ class HandModel:
     link_com: Array
     link_inertia: Array
     colliders: tuple[tuple[Collider, ...], ...]
+    skin: HandSkin | None = None
 
 
 def mirror(hand: HandModel, path: Path) -> HandModel:
@@ -111,6 +115,7 @@ def mirror(hand: HandModel, path: Path) -> HandModel:
         link_com=hand.link_com * MIRROR_POSITION,
         link_inertia=hand.link_inertia * np.outer(MIRROR_POSITION, MIRROR_POSITION),
         colliders=tuple(tuple(_mirror_collider(collider) for collider in link) for link in hand.colliders),
+        skin=None if hand.skin is None else mirror_skin(hand.skin),
     )
 
 

@@ -1,7 +1,8 @@
 """Hands as USD files: a physics articulation that Newton's own importer reads, and back to numbers.
 
 ``/Hand`` is the articulation. Below it ``base`` is a body fixed to the world, the 16 links are bodies placed in the
-zero pose, ``<link>_joint`` is the generic joint to the parent, and each fingertip is a site on its link. Every joint
+zero pose, ``<link>_joint`` is the generic joint to the parent, and each fingertip is a site on its link. ``skin`` is
+what is seen; collision shapes are guides where there is one. Every joint
 carries its damping and armature per axis as ``artigrasp:damping`` and ``artigrasp:armature``; where one number does for
 all of its axes the joint has it as ``newton:damping`` and ``newton:armature`` too, which the importer applies. The
 wrist joint mixes slides and turns, so there a scene must set both from the :class:`HandModel`.
@@ -13,14 +14,17 @@ import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
 
 from artigrasp.assets.hand_model import Array, Box, Capsule, Collider, HandModel
+from artigrasp.assets.hand_skin import SKIN_COLOUR
+from artigrasp.assets.skin_usd import define_skin, read_skin
 from artigrasp.assets.usd_stage import StageReader, new_stage, save_stage, set_attribute, set_mass, set_pose, vector
 from artigrasp.kernels.layout import DOF_COUNT, HANDS, LINK_PARENTS, LINKS, TIP_FINGERS, TIP_LINKS, WRIST_DOF_COUNT
 
-FORMAT, VERSION = "artigrasp.hand", 1
+FORMAT, VERSION = "artigrasp.hand", 2
+"""Since version 2 a hand has a skin."""
 
 LINEAR_AXES = ("transX", "transY", "transZ")
 ANGULAR_AXES = ("rotX", "rotY", "rotZ")
-SKIN = Gf.Vec3f(0.86, 0.66, 0.54)
+SKIN_PATH = "/Hand/skin"
 
 
 def link_axes(link: int) -> tuple[str, ...]:
@@ -57,6 +61,8 @@ def write_hand(hand: HandModel) -> None:
         _write_joint(stage, hand, link)
     for finger, link, offset in zip(TIP_FINGERS, TIP_LINKS, hand.tip_offset, strict=True):
         _write_tip(stage, f"/Hand/{LINKS[link]}/{finger}_tip", offset)
+    if hand.skin is not None:
+        define_skin(stage, SKIN_PATH, hand.skin)
     save_stage(stage, hand.path)
 
 
@@ -67,10 +73,12 @@ def _write_link(stage: Usd.Stage, hand: HandModel, link: int, origin: Array) -> 
     set_attribute(prim, "artigrasp:keypoint", Sdf.ValueTypeNames.Token, LINKS[link])
     set_attribute(prim, "artigrasp:contactLink", Sdf.ValueTypeNames.Int, link)
     for index, collider in enumerate(hand.colliders[link]):
-        _write_collider(stage, f"{prim.GetPath()}/collider_{index:02d}", collider)
+        shape = _write_collider(stage, f"{prim.GetPath()}/collider_{index:02d}", collider)
+        if hand.skin is not None:
+            shape.CreatePurposeAttr(UsdGeom.Tokens.guide)
 
 
-def _write_collider(stage: Usd.Stage, path: str, collider: Collider) -> None:
+def _write_collider(stage: Usd.Stage, path: str, collider: Collider) -> UsdGeom.Gprim:
     if isinstance(collider, Capsule):
         shape = UsdGeom.Capsule.Define(stage, path)
         shape.CreateAxisAttr(UsdGeom.Tokens.z)
@@ -83,11 +91,12 @@ def _write_collider(stage: Usd.Stage, path: str, collider: Collider) -> None:
         shape.CreateSizeAttr(1.0)
         corner = Gf.Vec3f(0.5)
     shape.CreateExtentAttr([-corner, corner])
-    shape.CreateDisplayColorAttr([SKIN])
+    shape.CreateDisplayColorAttr([Gf.Vec3f(*SKIN_COLOUR)])
     set_pose(shape.GetPrim(), collider.position, collider.orientation)
     if isinstance(collider, Box):
         shape.AddScaleOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Vec3d(*vector(collider.extents)))
     UsdPhysics.CollisionAPI.Apply(shape.GetPrim())
+    return shape
 
 
 def _write_joint(stage: Usd.Stage, hand: HandModel, link: int) -> None:
@@ -176,6 +185,7 @@ def read_hand(path: Path) -> HandModel:
         link_com=np.stack(com),
         link_inertia=np.stack(inertia),
         colliders=tuple(_read_colliders(reader, link) for link in links),
+        skin=read_skin(reader, SKIN_PATH),
     )
 
 

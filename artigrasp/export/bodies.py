@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from artigrasp.assets.hand import HandModel, load_hand
+from artigrasp.assets.hand_skin import SKIN_COLOUR
 from artigrasp.assets.object import ObjectModel, load_object
 from artigrasp.export.surface import Surface, link_surface, part_surface
 from artigrasp.kernels.layout import ARTICULATED, LINK_COUNT, LINKS, PARTS
@@ -16,9 +17,6 @@ from artigrasp.motion.file import Motion
 from artigrasp.motion.kinematics import link_poses, part_poses, pose_object
 
 Colour = tuple[float, float, float]
-
-SKIN: Colour = (0.74, 0.40, 0.27)
-"""Linear RGB of the hands."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +56,7 @@ def hand_bodies(motion: Motion, hands: Sequence[HandModel]) -> list[tuple[Body, 
 
 def _link_body(hand: HandModel, link: int, poses: NDArray[np.float32]) -> Body:
     surface = link_surface(hand, link)
-    return Body(LINKS[link], surface, np.tile(SKIN, (len(surface.faces), 1)), poses)
+    return Body(LINKS[link], surface, np.tile(SKIN_COLOUR, (len(surface.faces), 1)), poses)
 
 
 def object_bodies(motion: Motion, object: ObjectModel) -> tuple[Body, ...]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from artigrasp.errors import UserError
-from artigrasp.export.bodies import SKIN, box_corners, hand_bodies, load_models, object_bodies, target_ghost
+from artigrasp.export.bodies import box_corners, hand_bodies, load_models, object_bodies, target_ghost
 from artigrasp.export.camera import CameraName, film
 from artigrasp.export.hand_surface import hand_surface
 from artigrasp.export.image_file import MOVING_SUFFIXES, STILL_SUFFIXES, check_image, save_image, save_video
@@ -106,10 +106,9 @@ class MotionPictures:
         """Render one of the samples: sRGB, shape ``[height, width, 3]``, or 4 with the opacity if it is transparent."""
         sample, style = self._samples[index], self._style
         force = np.linalg.norm(self._motion.contact_force[sample].sum(axis=-2), axis=-1)[..., None]
-        blush = 0.5 ** (force / BLUSH_FORCE)
+        pale = 0.5 ** (force / BLUSH_FORCE)
         colours = [
-            hand.of_faces(share * np.array(SKIN) + (1 - share) * BLUSH)
-            for hand, share in zip(self._hands, blush, strict=True)
+            BLUSH + hand.of_faces(share) * (hand.colours - BLUSH) for hand, share in zip(self._hands, pale, strict=True)
         ]
         colours += [part.colours for part in self._parts]
         surfaces = [hand.posed(poses[sample]) for hand, poses in zip(self._hands, self._link_poses, strict=True)]

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from artigrasp.assets.hand import load_hand
 from artigrasp.assets.object import load_object
 from artigrasp.errors import UserError
-from artigrasp.export.bodies import SKIN
 from artigrasp.export.camera import look_at
 from artigrasp.export.hand_surface import hand_surface
 from artigrasp.export.image_file import STILL_SUFFIXES, check_image, save_image
@@ -62,9 +61,10 @@ class ReferencePictures:
         for hand in np.flatnonzero(self._references.active[row]):
             touches = self._references.contacts[row, hand].astype(float)
             surfaces.append(self._hands[hand].posed(self._link_poses[row, hand]))
-            of_links = np.stack([1.0 - touches, touches], axis=1)
-            colours.append(self._hands[hand].of_faces(of_links @ np.array([SKIN, CONTACT])))
-            weights.append(self._hands[hand].of_faces(of_links @ np.array([1.0, CONTACT_WEIGHT])))
+            touching = self._hands[hand].of_faces(touches)
+            skin = self._hands[hand].colours
+            colours.append((1 - touching[:, None]) * skin + touching[:, None] * np.array(CONTACT))
+            weights.append(1.0 + touching * (CONTACT_WEIGHT - 1.0))
         for part, (surface, colours_of_faces) in enumerate(self._parts):
             surfaces.append(place(surface, self._part_poses[row, part]))
             colours.append(colours_of_faces)

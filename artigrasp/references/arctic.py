@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from artigrasp.assets.fidelity import measure_fidelity
 from artigrasp.assets.hand import write_hand
 from artigrasp.assets.library import SUFFIX, AssetKind, import_root
 from artigrasp.assets.object import read_object, write_object
+from artigrasp.assets.skin_drawing import draw_skin
 from artigrasp.errors import UserError, unknown
 from artigrasp.files import remove_leftovers
 from artigrasp.kernels.layout import HANDS, PARTS
@@ -31,7 +32,7 @@ from artigrasp.references.arctic_sequence import object_sequence_files
 from artigrasp.references.manifest import Manifest, digest_files
 from artigrasp.references.reference import save_references
 
-IMPORTER_VERSION = 3
+IMPORTER_VERSION = 4
 """Raised when the same source gives other files than before, so that they are made anew."""
 
 Progress = Callable[[str, int, int], None]
@@ -123,7 +124,8 @@ class _Import:
             return
 
         def make_hand(side: str, path: Path) -> None:
-            write_hand(read_arctic_hand(files[side], side, path)[0])
+            hand = read_arctic_hand(files[side], side, path)[0]
+            write_hand(replace(hand, skin=draw_skin(hand)))
 
         def make_mean_pose(path: Path) -> None:
             save_mean_pose(path, {side: read_arctic_hand(files[side], side, path)[1] for side in HANDS})
