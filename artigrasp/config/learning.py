@@ -47,11 +47,15 @@ class PPOConfig:
     """Whether observations are scaled by their running mean and deviation."""
     save_interval: int = 50
     """Iterations between checkpoints."""
+    evaluation_interval: int = 0
+    """Iterations between evaluations of the policy without exploration; 0 for none."""
+    evaluation_trials: int = 6
+    """Trials of each object, and kind of its references, in an evaluation."""
 
     def __post_init__(self) -> None:
         require_positive(self, "steps_per_env", "epochs", "mini_batches", "learning_rate", "desired_kl", "clip")
-        require_positive(self, "max_grad_norm", "init_std", "save_interval")
+        require_positive(self, "max_grad_norm", "init_std", "save_interval", "evaluation_trials")
         require_fraction(self, "gamma", "gae_lambda")
-        require_not_negative(self, "value_coefficient", "entropy_coefficient")
+        require_not_negative(self, "value_coefficient", "entropy_coefficient", "evaluation_interval")
         if not self.hidden_sizes or min(self.hidden_sizes) < 1:
             raise FieldError.mismatch("hidden_sizes", "one or more positive whole numbers", self.hidden_sizes)

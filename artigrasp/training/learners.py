@@ -20,6 +20,8 @@ from artigrasp.controllers.network import (
     critic_settings,
     observed_columns,
 )
+from artigrasp.errors import UserError
+from artigrasp.training.processes import ALONE, Processes
 from artigrasp.training.replay import Replay
 
 
@@ -40,7 +42,9 @@ class HandLearner:
         algorithm: rsl-rl's PPO, or what learns from replay in its place.
     """
 
-    def __init__(self, name: str, task: TaskConfig, features: torch.Tensor, action_count: int) -> None:
+    def __init__(
+        self, name: str, task: TaskConfig, features: torch.Tensor, action_count: int, processes: Processes
+    ) -> None:
         """Build the networks, which draws from PyTorch's random generator.
 
         Args:
@@ -48,19 +52,28 @@ class HandLearner:
             task: What is learned.
             features: [world, hand, feature] for their size and device.
             action_count: Length of one hand's action.
+            processes: Those that learn together.
+
+        Raises:
+            UserError: Several processes are to learn from replay.
         """
-        self.name, self._action = name, task.action
+        self.name, self._action, self._processes = name, task.action, processes
         self._observed = observed_columns(task.ppo)
         self.columns = [column for column, side in enumerate(task.hands) if name in (side, MIRRORED)]
         self._mirrored = [i for i, hand in enumerate(self.columns) if name == MIRRORED and task.hands[hand] == "left"]
         observations = self._observe(features[:, self.columns])
         self.algorithm: PPO | Replay
         if task.replay is not None:
+            if processes.count > 1:
+                raise UserError(f"processes: expected one, for {task.name} learns from replay, found {processes.count}")
             self.algorithm = Replay(task.replay, task.ppo, _discount(task), len(self._observed), action_count)
             return
         rows = cast(VecEnv, _Rows(len(observations), action_count))
         with contextlib.redirect_stdout(io.StringIO()):  # rsl-rl prints its networks
-            self.algorithm = PPO.construct_algorithm(observations, rows, _settings(task), str(features.device))
+            settings = _settings(task, processes)
+            self.algorithm = PPO.construct_algorithm(observations, rows, settings, str(features.device))
+        if processes.count > 1:
+            self.algorithm.broadcast_parameters()
 
     def act(self, features: torch.Tensor) -> torch.Tensor:
         """Sample actions [world, own hand, action] from the features [world, hand, feature] of all hands."""
@@ -83,6 +96,9 @@ class HandLearner:
     def compute_returns(self, features: torch.Tensor) -> None:
         """Close the collection with the features [world, hand, feature] that follow it."""
         self.algorithm.compute_returns(self._observe(features[:, self.columns]))
+        if self._processes.count > 1 and isinstance(self.algorithm, PPO):
+            storage = self.algorithm.storage
+            storage.advantages = self._processes.normalize(storage.returns - storage.values)
 
     def update(self) -> dict[str, float]:
         """Learn; the losses and exploration, by name."""
@@ -111,6 +127,18 @@ class HandLearner:
         self.algorithm.optimizer.load_state_dict(state["optimizer"])
         self.algorithm.learning_rate = self.algorithm.optimizer.param_groups[0]["lr"]
 
+    def start_from(self, actor: dict[str, torch.Tensor], state: dict[str, Any] | None) -> None:
+        """Begin with the networks of another training; see :meth:`Learners.start_from`."""
+        self.algorithm.actor.load_state_dict(actor)
+        if isinstance(self.algorithm, PPO) and state is not None and "critic" in state:
+            self.algorithm.critic.load_state_dict(state["critic"])
+
+    def is_finite(self) -> bool:
+        """Whether every weight is a number."""
+        critic = self.algorithm.critic if isinstance(self.algorithm, PPO) else self.algorithm.critics
+        models = (self.algorithm.actor, critic)
+        return all(bool(torch.isfinite(weights).all()) for model in models for weights in model.parameters())
+
     def _observe(self, own: torch.Tensor) -> TensorDict:
         """Features [world, own hand, feature] as the networks see them."""
         if self._mirrored:
@@ -123,11 +151,13 @@ class HandLearner:
 class Learners:
     """The learners of all hands; tensors have a row for every hand of every world, as :class:`HandVecEnv` has them."""
 
-    def __init__(self, task: TaskConfig, observations: TensorDict, action_count: int) -> None:
+    def __init__(
+        self, task: TaskConfig, observations: TensorDict, action_count: int, processes: Processes = ALONE
+    ) -> None:
         """Build the learner of each of the task's networks."""
         self._hand_count = len(task.hands)
         features = self._by_hand(observations[OBSERVATION_GROUP])
-        self.each = [HandLearner(name, task, features, action_count) for name in task.networks]
+        self.each = [HandLearner(name, task, features, action_count, processes) for name in task.networks]
 
     def train_mode(self) -> None:
         """Let networks learn, their normalisers included."""
@@ -180,6 +210,24 @@ class Learners:
             learner.algorithm.actor.load_state_dict(actors[learner.name])
             learner.load_state_dict(state[learner.name])
 
+    def start_from(self, actors: dict[str, dict[str, torch.Tensor]], state: dict[str, Any] | None) -> None:
+        """Begin with the networks of another training, as far as it has them; the optimizers begin anew.
+
+        Args:
+            actors: States of its actors by the names of their networks.
+            state: Its :meth:`state_dict`; without one, or one of replay, critics begin anew.
+
+        Raises:
+            KeyError, RuntimeError, TypeError: Its networks are of another shape.
+        """
+        for learner in self.each:
+            if learner.name in actors:
+                learner.start_from(actors[learner.name], None if state is None else state[learner.name])
+
+    def is_finite(self) -> bool:
+        """Whether every weight is a number."""
+        return all(learner.is_finite() for learner in self.each)
+
     def _by_hand(self, rows: torch.Tensor) -> torch.Tensor:
         return rows.unflatten(0, (-1, self._hand_count))
 
@@ -189,7 +237,7 @@ def _discount(task: TaskConfig) -> float:
     return task.ppo.gamma**task.action.decision_interval
 
 
-def _settings(task: TaskConfig) -> dict[str, Any]:
+def _settings(task: TaskConfig, processes: Processes) -> dict[str, Any]:
     """rsl-rl's settings of a learner."""
     ppo = task.ppo
     return {
@@ -197,7 +245,7 @@ def _settings(task: TaskConfig) -> dict[str, Any]:
         "obs_groups": {name: list(groups) for name, groups in OBSERVATION_SETS.items()},
         "actor": actor_settings(ppo),
         "critic": critic_settings(ppo),
-        "multi_gpu": None,
+        "multi_gpu": processes.rsl_rl_settings,
         "algorithm": {
             "class_name": "PPO",
             "num_learning_epochs": ppo.epochs,

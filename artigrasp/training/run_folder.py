@@ -1,22 +1,28 @@
 """A training run's folder: what was asked for, how it went, and what came out."""
 
-import csv
+import contextlib
 import importlib.metadata
 import json
+import os
 import subprocess
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
+from typing import TypeVar
 
-import matplotlib
-
-from artigrasp.config import SimulatorConfig, TaskConfig, from_dict, to_dict
+from artigrasp.config import CurriculumConfig, SimulatorConfig, TaskConfig, from_dict, to_dict
 from artigrasp.errors import UserError
 from artigrasp.files import atomic_write, check_format
 
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
 RUN_FORMAT, RUN_VERSION = "artigrasp.run", 1
-RUN_FILE, CURVE_FILE = "run.json", "learning_curve.csv"
+CURRICULUM_FORMAT, CURRICULUM_VERSION = "artigrasp.curriculum-run", 1
+RUN_FILE, CURRICULUM_FILE = "run.json", "curriculum.json"
 
 
 @dataclass(frozen=True)
@@ -28,31 +34,68 @@ class RunDescription:
     split: str
     """Split whose references are played."""
     seed: int
+    evaluation_split: str | None = None
+    """Split that evaluations during the training play; the same if None."""
 
 
 @dataclass(frozen=True)
-class CurvePoint:
-    """Means over the episodes that ended in one iteration, while exploring on the training references."""
+class CurriculumDescription:
+    """What a run of several stages trains on what; each stage has a run folder of its own in the run's."""
 
-    iteration: int
-    control_steps: int
-    """Control steps so far, over all worlds."""
-    wall_time: float
-    """Training time so far [s]."""
-    success: float
-    angle_error: float
-    """Final distance of the hinge from its goal [rad]."""
+    curriculum: CurriculumConfig
+    objects: tuple[str, ...]
+    split: str
+    seed: int
+    evaluation_split: str | None = None
+
+    def stage(self, index: int) -> RunDescription:
+        """One of its stages as a run."""
+        task = self.curriculum.stages[index]
+        return RunDescription(task, self.objects, self.split, self.seed, self.evaluation_split)
+
+    def stage_folder(self, folder: Path, index: int) -> Path:
+        """Run folder of a stage in that of the curriculum."""
+        return folder / f"{index + 1}-{self.curriculum.stages[index].name}"
+
+    def starts(self, folder: Path, index: int) -> list[Path]:
+        """Folders of the stages whose networks a stage begins with, the oldest first."""
+        stages = self.curriculum.stages
+        newest = {name: earlier for earlier in range(index) for name in stages[earlier].networks}
+        chosen = sorted({newest[name] for name in stages[index].networks if name in newest})
+        return [self.stage_folder(folder, earlier) for earlier in chosen]
 
 
-def new_run_folder(root: Path, task: TaskConfig) -> Path:
-    """``root/<task>/<time>``, not made yet; a number is added if that is taken."""
+def new_run_folder(root: Path, name: str) -> Path:
+    """``root/<name>/<time>``, not made yet; a number is added if that is taken."""
     stamp = time.strftime("%Y-%m-%d_%H-%M-%S")
-    folder = root / task.name / stamp
+    folder = root / name / stamp
     count = 1
     while folder.exists():
         count += 1
-        folder = root / task.name / f"{stamp}_{count}"
+        folder = root / name / f"{stamp}_{count}"
     return folder
+
+
+@contextlib.contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Keep other processes from training in a folder, which is made; the lock goes with this process.
+
+    Raises:
+        UserError: Another process does.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    if fcntl is None:
+        yield
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise UserError(f"{folder}: expected a folder of its own for a run, found another process there") from error
+        yield
+    finally:
+        os.close(handle)
 
 
 def write_run_description(folder: Path, run: RunDescription, simulator: SimulatorConfig) -> None:
@@ -63,6 +106,7 @@ def write_run_description(folder: Path, run: RunDescription, simulator: Simulato
         "objects": list(run.objects),
         "split": run.split,
         "seed": run.seed,
+        "evaluation_split": run.evaluation_split,
         **asdict(simulator),
         "commit": _git_commit(),
         "packages": {
@@ -81,7 +125,29 @@ def read_run_description(folder: Path) -> RunDescription:
     Raises:
         UserError: There is no run in the folder, or its ``run.json`` is malformed or newer than this program.
     """
-    path = folder / RUN_FILE
+    return _read_description(RunDescription, folder / RUN_FILE, RUN_FORMAT, RUN_VERSION)
+
+
+def write_curriculum_description(folder: Path, run: CurriculumDescription) -> None:
+    """Write ``curriculum.json``; what each stage ran with is in its ``run.json``."""
+    description = {"format": CURRICULUM_FORMAT, "version": CURRICULUM_VERSION, **to_dict(run)}
+    with atomic_write(folder / CURRICULUM_FILE) as path:
+        path.write_text(json.dumps(description, indent=2) + "\n", encoding="utf-8")
+
+
+def read_curriculum_description(folder: Path) -> CurriculumDescription:
+    """Read what a run of several stages trains.
+
+    Raises:
+        UserError: As for :func:`read_run_description`.
+    """
+    return _read_description(CurriculumDescription, folder / CURRICULUM_FILE, CURRICULUM_FORMAT, CURRICULUM_VERSION)
+
+
+Description = TypeVar("Description", RunDescription, CurriculumDescription)
+
+
+def _read_description(kind: type[Description], path: Path, format: str, version: int) -> Description:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -90,57 +156,9 @@ def read_run_description(folder: Path) -> RunDescription:
         raise UserError(f"{path}: expected JSON, found something else: {error}") from error
     if not isinstance(content, dict):
         raise UserError(f"{path}: expected a table of keys and values, found {type(content).__name__}")
-    check_format(content.get("format"), content.get("version"), RUN_FORMAT, RUN_VERSION, path)
-    known = {field.name: content[field.name] for field in fields(RunDescription) if field.name in content}
-    return from_dict(RunDescription, known, source=str(path))
-
-
-def read_curve(folder: Path) -> list[CurvePoint]:
-    """The learning curve so far; empty if there is none.
-
-    Raises:
-        UserError: The file is malformed.
-    """
-    path = folder / CURVE_FILE
-    if not path.is_file():
-        return []
-    with path.open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    types = {field.name: field.type for field in fields(CurvePoint)}
-    try:
-        return [CurvePoint(**{name: parse(row[name]) for name, parse in types.items()}) for row in rows]  # type: ignore[operator]
-    except (KeyError, TypeError, ValueError) as error:
-        raise UserError(f"{path}: expected numbers in the columns {', '.join(types)}: {error}") from error
-
-
-def write_curve(folder: Path, points: Sequence[CurvePoint], title: str) -> None:
-    """Write ``learning_curve.csv`` and its plot."""
-    with atomic_write(folder / CURVE_FILE) as path, path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, [field.name for field in fields(CurvePoint)])
-        writer.writeheader()
-        writer.writerows(vars(point) for point in points)
-    _plot_curve(folder / "learning_curve.png", points, title)
-
-
-def _plot_curve(target: Path, points: Sequence[CurvePoint], title: str) -> None:
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    figure, (left, right) = pyplot.subplots(1, 2, figsize=(10, 3.6), layout="constrained")
-    steps = [point.control_steps / 1e6 for point in points]
-    left.plot(steps, [point.success for point in points], marker=".", color="tab:green")
-    left.set(ylabel="success while exploring", ylim=(-0.02, 1.02))
-    right.plot(steps, [point.angle_error for point in points], marker=".", color="tab:orange")
-    right.set(ylabel="final angle error while exploring [rad]", ylim=(0, None))
-    minutes = points[-1].wall_time / 60 if points else 0.0
-    for axes in (left, right):
-        axes.set_xlabel("control steps [million]")
-        axes.grid(alpha=0.3)
-        axes.spines[["top", "right"]].set_visible(False)
-    figure.suptitle(f"{title}: {minutes:.1f} min of training")
-    with atomic_write(target) as path:
-        figure.savefig(path, dpi=150)
-    pyplot.close(figure)
+    check_format(content.get("format"), content.get("version"), format, version, path)
+    known = {field.name: content[field.name] for field in fields(kind) if field.name in content}
+    return from_dict(kind, known, source=str(path))
 
 
 def _git_commit() -> str:

@@ -1,26 +1,39 @@
-"""PPO training: rsl-rl's learner in a loop that can be stopped at any time and resumed from its newest checkpoint."""
+"""PPO training: rsl-rl's learners in a loop that can be stopped at any time and resumed from its newest checkpoint."""
 
 import contextlib
+import copy
 import logging
+import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import torch
 from torch.utils.tensorboard import SummaryWriter
 
 from artigrasp.controllers.policy_file import PolicyFile, load_policy, save_policy
 from artigrasp.errors import UserError
+from artigrasp.training.evaluation import EvaluationPoint, PeriodicEvaluation, read_evaluations, write_evaluations
 from artigrasp.training.learners import Learners
-from artigrasp.training.run_folder import CurvePoint, read_curve, write_curve
+from artigrasp.training.learning_curve import CurvePoint, read_curve, write_curve
+from artigrasp.training.processes import ALONE, Processes, mean_of
 from artigrasp.training.vec_env import HandVecEnv
 
 logger = logging.getLogger(__name__)
 
-CHECKPOINT, POLICY = "latest.pt", "policy.pt"
-"""Files of a run folder: the newest checkpoint, to resume from, and what acts of it."""
+CHECKPOINT, POLICY, BEST_POLICY = "latest.pt", "policy.pt", "best.pt"
+"""Files of a run folder: the newest checkpoint, to resume from; what acts of it; what acted best when evaluated."""
+
+SAVE_SECONDS = 300.0
+"""Age of the checkpoint from which another is written after the next iteration, however many those were [s]."""
+
+_PROCESS_STRIDE = 1_000_003
+"""Between the seeds of exploration of one process and the next."""
+
+
+class TrainingFailedError(Exception):
+    """The learner's numbers are none any more; the checkpoint is that of the last iteration in which they were."""
 
 
 @dataclass(frozen=True)
@@ -29,69 +42,115 @@ class IterationReport:
 
     iteration: int
     control_steps: int
-    """Control steps so far, over all worlds."""
+    """Control steps so far, over all worlds and processes."""
     wall_time: float
     """Training time so far [s]."""
     collect_time: float
     learn_time: float
     metrics: dict[str, float]
-    """Means over the episodes that ended in this iteration, counts of failed physics, and the learner's losses."""
+    """Means over the episodes that ended in this iteration, counts of failed physics, losses, times and speed."""
 
 
 class Runner:
-    """Trains a policy and keeps its run folder: checkpoint, policy, learning curve and TensorBoard events.
+    """Trains a policy and keeps its run folder: checkpoint, policies, learning curve and TensorBoard events.
 
     Attributes:
         iteration: Iterations done.
-        control_steps: Control steps simulated so far, over all worlds.
-        wall_time: Training time so far [s].
+        control_steps: Control steps simulated so far, over all worlds and processes.
+        wall_time: Training time so far [s]; evaluations do not count.
+        cpu_time: Processor time of that, over all threads and processes [s].
         curve: The learning curve: a point for every iteration in which episodes ended.
+        evaluations: What was measured between iterations.
     """
 
-    def __init__(self, env: HandVecEnv, folder: Path, seed: int, thread_count: int = 1) -> None:
+    def __init__(
+        self,
+        env: HandVecEnv,
+        folder: Path,
+        seed: int,
+        thread_count: int = 1,
+        *,
+        evaluation: PeriodicEvaluation | None = None,
+        processes: Processes = ALONE,
+    ) -> None:
         """Build the learners.
 
         Args:
             env: The environment with its task.
             folder: Run folder, made when the first file goes there.
-            seed: Seed of the network's initial weights and of the exploration noise.
+            seed: Seed of the networks' initial weights and of the exploration noise.
             thread_count: Threads that learn. More than one should not spin while they wait for each other
                 (``OMP_WAIT_POLICY=passive`` before PyTorch is imported): where anything else wants a core, that makes
                 them many times slower than one.
+            evaluation: What to measure between iterations, if anything.
+            processes: Those that train together; the first one keeps the folder.
         """
         self.env, self.folder, self.seed, self.thread_count = env, folder, seed, thread_count
-        self.task = env.task
+        self.task, self.processes, self._evaluation = env.task, processes, evaluation
         torch.set_num_threads(1)  # while the physics steps; a second pool of threads would only disturb it
         torch.manual_seed(seed)
-        self.learners = Learners(self.task, env.get_observations(), env.num_actions)
+        self.learners = Learners(self.task, env.get_observations(), env.num_actions, processes)
+        if processes.rank > 0:
+            torch.manual_seed(seed + processes.rank * _PROCESS_STRIDE)
         self.iteration = 0
         self.control_steps = 0
         self.wall_time = 0.0
+        self.cpu_time = 0.0
         self.curve: list[CurvePoint] = []
+        self.evaluations: list[EvaluationPoint] = []
+        self._unsaved: PolicyFile | None = None
 
     def learn(self, iterations: int, on_iteration: Callable[[IterationReport], None] = lambda report: None) -> None:
         """Run PPO until ``iterations`` iterations are done in total, saving checkpoints on the way and at the end.
 
+        However it ends, nothing is lost but the iteration under way; with several processes, those since the last
+        checkpoint.
+
         Args:
             iterations: Total number of iterations, those before a resume included.
             on_iteration: Called after each one, for progress.
+
+        Raises:
+            TrainingFailedError: A weight is no number any more.
         """
-        writer = SummaryWriter(log_dir=str(self.folder), flush_secs=10)
+        writer = None
+        if self.processes.is_first:
+            # events of iterations after the checkpoint, which are now done again, go
+            writer = SummaryWriter(log_dir=str(self.folder), flush_secs=10, purge_step=self.control_steps + 1)
         self.learners.train_mode()
+        saved = time.monotonic()
         try:
+            if self.iteration >= iterations and not (self.folder / CHECKPOINT).is_file():
+                self._unsaved = self._snapshot()
             while self.iteration < iterations:
                 report = self.iterate()
-                for name, value in report.metrics.items():
-                    writer.add_scalar(name, value, report.control_steps)
+                if self.processes.count == 1:
+                    self._unsaved = self._snapshot()
+                if writer is not None:
+                    for name, value in report.metrics.items():
+                        writer.add_scalar(name, value, report.control_steps)
+                is_last = self.iteration == iterations
+                interval = self.task.ppo.evaluation_interval
+                if self._evaluation is not None and (self.iteration % interval == 0 or is_last):
+                    self._evaluate(self._evaluation, writer)
                 on_iteration(report)
-                if self.iteration % self.task.ppo.save_interval == 0 or self.iteration == iterations:
+                is_due = self.iteration % self.task.ppo.save_interval == 0 or time.monotonic() - saved > SAVE_SECONDS
+                if is_last or self.processes.gather(is_due)[0]:
                     self.save()
+                    saved = time.monotonic()
         finally:
-            writer.close()
+            if self._unsaved is not None:
+                self._write(self._unsaved)
+            if writer is not None:
+                writer.close()
 
     def iterate(self) -> IterationReport:
-        """Collect with the present policy, then learn from it; writes nothing."""
-        start = time.perf_counter()
+        """Collect with the present policy, then learn from it; writes nothing.
+
+        Raises:
+            TrainingFailedError: A weight is no number any more.
+        """
+        start, cpu_start = time.perf_counter(), time.process_time()
         observations = self.env.get_observations()
         with torch.inference_mode():
             for _ in range(self.task.ppo.steps_per_env):
@@ -101,53 +160,65 @@ class Runner:
             self.learners.compute_returns(observations)
         collected = time.perf_counter()
         with _torch_threads(self.thread_count):
-            metrics: dict[str, float] = self.learners.update()
+            learned_metrics = self.learners.update()
         learned = time.perf_counter()
+        if not self.learners.is_finite() or not all(map(math.isfinite, learned_metrics.values())):
+            raise TrainingFailedError(
+                f"iteration {self.iteration + 1}: expected finite weights and losses, found others: resume from "
+                f"iteration {self.iteration} with a lower learning rate"
+            )
+        cpu_time = time.process_time() - cpu_start
+
+        metrics: dict[str, float] = {}
+        gathered = self.processes.gather((cpu_time, self.env.pop_episode_totals(), self.env.pop_failures()))
+        cpu_times, totals, failures = zip(*gathered, strict=True)
+        metrics |= mean_of(list(totals))
+        metrics |= {name: sum(each[name] for each in failures) for name in failures[0]}
+        metrics |= learned_metrics
+        new_steps = self.task.ppo.steps_per_env * self.env.decision_interval * self.env.environment.world_count
+        new_steps *= self.processes.count
         self.iteration += 1
-        self.control_steps += (
-            self.task.ppo.steps_per_env * self.env.decision_interval * self.env.environment.world_count
-        )
+        self.control_steps += new_steps
         self.wall_time += learned - start
-        metrics |= self.env.pop_episode_means()
-        metrics |= self.env.pop_failures()
+        self.cpu_time += sum(cpu_times)
         metrics["Time/collect"], metrics["Time/learn"] = collected - start, learned - collected
-        if "Episode/success" in metrics:
-            success, error = metrics["Episode/success"], metrics["Episode/angle_error"]
-            self.curve.append(CurvePoint(self.iteration, self.control_steps, self.wall_time, success, error))
+        metrics["Time/wall"], metrics["Time/cpu"] = self.wall_time, self.cpu_time
+        metrics["Time/control_steps_per_s"] = new_steps / (learned - start)
+        if "Episode/reward" in metrics:
+            shown = {name: metrics.get(f"Episode/{name}", math.nan) for name in _CURVE}
+            self.curve.append(
+                CurvePoint(self.iteration, self.control_steps, self.wall_time, self.cpu_time, **shown)  # type: ignore[arg-type]
+            )
         return IterationReport(
             self.iteration, self.control_steps, self.wall_time, collected - start, learned - collected, metrics
         )
 
     def save(self) -> None:
         """Write checkpoint, policy and learning curve of the present iteration over those before."""
-        environment = self.env.environment
-        policy = PolicyFile(
-            task=self.task,
-            hand=environment.hand_name,
-            objects=environment.object_names,
-            seed=self.seed,
-            iteration=self.iteration,
-            control_steps=self.control_steps,
-            wall_time=self.wall_time,
-            actors=self.learners.actors(),
-        )
-        learner: dict[str, Any] = {
-            "learners": self.learners.state_dict(),
-            "torch_random": _random_generator(environment.device).get_state(),
-            "episode": torch.from_numpy(environment.episode.numpy()),
-        }
-        save_policy(replace(policy, learner=learner), self.folder / CHECKPOINT)
-        save_policy(policy, self.folder / POLICY)
-        write_curve(self.folder, self.curve, f"{self.task.name} on {', '.join(environment.object_names)}")
+        self._write(self._snapshot())
 
-    def resume(self) -> None:
-        """Continue from the folder's checkpoint.
-
-        The episodes that were under way begin again. Where iterations end together with episodes, what follows is
-        exactly what would have followed without the interruption.
+    def start_from(self, path: Path) -> None:
+        """Begin with the networks of a policy file or checkpoint, as far as it has those of this task.
 
         Raises:
-            UserError: There is no checkpoint, or it belongs to another task or other objects, hands or worlds.
+            UserError: It has none of them, or networks of another shape.
+        """
+        policy = load_policy(path)
+        if not set(policy.actors) & set(self.task.networks):
+            expected, found = ", ".join(self.task.networks), ", ".join(policy.actors)
+            raise UserError(f"{path}: networks: expected some of {expected}, found {found}")
+        try:
+            self.learners.start_from(policy.actors, None if policy.learner is None else policy.learner["learners"])
+        except (KeyError, RuntimeError, TypeError) as error:
+            detail = str(error).splitlines()[0]
+            raise UserError(f"{path}: expected networks of this task's shape, found others: {detail}") from error
+
+    def resume(self) -> None:
+        """Continue from the folder's checkpoint: what follows is what would have followed without the interruption.
+
+        Raises:
+            UserError: There is no checkpoint, or it belongs to another task or other objects, hands, worlds or
+                processes.
         """
         path, environment = self.folder / CHECKPOINT, self.env.environment
         policy = load_policy(path, task=self.task.name)
@@ -160,15 +231,75 @@ class Runner:
             if found != expected:
                 raise UserError(f"{path}: {name}: expected {expected}, found {found}")
         try:
+            states = policy.learner["processes"]
+            if len(states) != self.processes.count:
+                raise UserError(f"{path}: processes: expected {self.processes.count}, found {len(states)}")
+            own = states[self.processes.rank]
             self.learners.load(policy.actors, policy.learner["learners"])
-            _random_generator(environment.device).set_state(policy.learner["torch_random"])
-            environment.episode.assign(policy.learner["episode"].numpy() - 1)
+            _random_generator(environment.device).set_state(own["torch_random"])
+            self.env.load_state_dict(own["environment"])
+            self.cpu_time = float(policy.learner["cpu_time"])
         except (AttributeError, KeyError, RuntimeError, TypeError, ValueError) as error:
             detail = str(error).splitlines()[0]
             raise UserError(f"{path}: expected the state of this run's learner, found another: {detail}") from error
-        self.env.restart()
         self.iteration, self.control_steps, self.wall_time = policy.iteration, policy.control_steps, policy.wall_time
         self.curve = [point for point in read_curve(self.folder) if point.iteration <= self.iteration]
+        self.evaluations = [point for point in read_evaluations(self.folder) if point.iteration <= self.iteration]
+
+    def _snapshot(self) -> PolicyFile:
+        """Everything that a checkpoint holds, as it is now; all processes must ask at the same time."""
+        environment = self.env.environment
+        state = {
+            "torch_random": _random_generator(environment.device).get_state(),
+            "environment": self.env.state_dict(),
+        }
+        learner = {
+            "learners": copy.deepcopy(self.learners.state_dict()),
+            "processes": self.processes.gather(state),
+            "cpu_time": self.cpu_time,
+        }
+        return replace(self._policy(), learner=learner)
+
+    def _policy(self) -> PolicyFile:
+        environment = self.env.environment
+        return PolicyFile(
+            task=replace(self.task, world_count=self.task.world_count * self.processes.count),
+            hand=environment.hand_name,
+            objects=environment.object_names,
+            seed=self.seed,
+            iteration=self.iteration,
+            control_steps=self.control_steps,
+            wall_time=self.wall_time,
+            actors=copy.deepcopy(self.learners.actors()),
+        )
+
+    def _write(self, checkpoint: PolicyFile) -> None:
+        self._unsaved = None
+        if not self.processes.is_first:
+            return
+        save_policy(checkpoint, self.folder / CHECKPOINT)
+        save_policy(replace(checkpoint, learner=None), self.folder / POLICY)
+        points = [point for point in self.curve if point.iteration <= checkpoint.iteration]
+        write_curve(self.folder, points, f"{self.task.name} on {', '.join(checkpoint.objects)}")
+
+    def _evaluate(self, evaluation: PeriodicEvaluation, writer: SummaryWriter | None) -> None:
+        """Measure the policy, and keep it if none before was better; the first process does, the others wait."""
+        policy = self._policy()
+        results = evaluation.measure(policy) if writer is not None else {}
+        if writer is not None and results:
+            point = EvaluationPoint(self.iteration, self.control_steps, self.wall_time, self.cpu_time, **results)
+            for name, value in results.items():
+                if math.isfinite(value):
+                    writer.add_scalar(f"Evaluation/{name}", value, self.control_steps)
+            if all(point.score >= other.score for other in self.evaluations):
+                save_policy(policy, self.folder / BEST_POLICY)
+            self.evaluations.append(point)
+            write_evaluations(self.folder, self.evaluations)
+        self.processes.gather(None)
+
+
+_CURVE = ("reward", "success", "angle_error", "lifted")
+"""What of an iteration's metrics is in the learning curve."""
 
 
 def _random_generator(device: str) -> torch.Generator:

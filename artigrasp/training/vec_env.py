@@ -1,5 +1,8 @@
 """The environment as rsl-rl's vectorised environment: one row per world and hand."""
 
+from typing import Any
+
+import numpy as np
 import torch
 import warp as wp
 from rsl_rl.env import VecEnv
@@ -7,7 +10,12 @@ from tensordict import TensorDict
 
 from artigrasp.controllers.network import OBSERVATION_GROUP
 from artigrasp.environment.environment import Environment
+from artigrasp.environment.snapshot import restore_snapshot, take_snapshot
 from artigrasp.errors import UserError
+from artigrasp.evaluation.grasping import LIFTED
+
+_OF_HINGE = ("success", "angle_error", "mean_angle_error", "least_angle_error")
+"""What an episode says about articulation, and only about that."""
 
 
 class HandVecEnv(VecEnv):
@@ -49,6 +57,7 @@ class HandVecEnv(VecEnv):
         self._active = wp.to_torch(environment.goal.active).reshape(self.rows)
         self._failure = wp.to_torch(environment.metrics.failure)
         self._returns: dict[str, list[float]] = {}
+        self._articulates = np.concatenate([each.kind == "articulate" for each in environment.references])
         self._reported_failures = environment.failure_counts()
         self.restart()
 
@@ -94,14 +103,16 @@ class HandVecEnv(VecEnv):
         time_outs = failed if self.task.reward.rewards_outcome else dones
         return self.get_observations(), rewards, dones.long(), {"time_outs": time_outs.float(), "active": active}
 
-    def pop_episode_means(self) -> dict[str, float]:
-        """Means over the episodes that ended since the last call.
+    def pop_episode_totals(self) -> dict[str, tuple[float, int]]:
+        """Sums over the episodes that ended since the last call, and how many they are of.
 
-        These are what `episode_summary` holds and, of the episodes that did not fail, the sums of the reward terms.
+        These are what `episode_summary` holds, success and errors of the hinge over articulations only, the share of
+        grasps of free objects that are in the air at the end and, of the episodes that did not fail, the sums of the
+        rewards and of their terms.
         """
-        means = {name: sum(values) / len(values) for name, values in self._returns.items() if values}
+        totals = {name: (sum(values), len(values)) for name, values in self._returns.items()}
         self._returns.clear()
-        return means
+        return totals
 
     def pop_failures(self) -> dict[str, int]:
         """Episodes since the last call in which each kind of failed physics happened, all kinds included."""
@@ -110,13 +121,46 @@ class HandVecEnv(VecEnv):
         self._reported_failures = counts
         return new
 
+    def state_dict(self) -> dict[str, Any]:
+        """What :meth:`load_state_dict` needs: little between episodes, all worlds in the middle of some."""
+        state: dict[str, Any] = {"episode": torch.from_numpy(self.environment.episode.numpy().copy())}
+        if bool(self.episode_length_buf.any()):
+            worlds = take_snapshot(self.environment)
+            state["worlds"] = {name: torch.from_numpy(values) for name, values in worlds.items()}
+            state["episode_lengths"] = self.episode_length_buf.clone()
+            state["term_sums"] = [sums.clone() for sums in self._term_sums]
+        return state
+
+    def load_state_dict(self, state: dict[str, Any]) -> None:
+        """Go on where another of its kind was.
+
+        Raises:
+            KeyError, RuntimeError, ValueError: That one was of other worlds.
+        """
+        if "worlds" not in state:
+            # the reset counts one more
+            self.environment.episode.assign(state["episode"].numpy() - 1)
+            self.restart()
+            return
+        restore_snapshot(self.environment, {name: values.numpy() for name, values in state["worlds"].items()})
+        self.episode_length_buf.copy_(state["episode_lengths"])
+        for sums, values in zip(self._term_sums, state["term_sums"], strict=True):
+            sums.copy_(values)
+        self._reported_failures = self.environment.failure_counts()
+
     def _end_episodes(self, dones: torch.Tensor) -> None:
         worlds = dones.reshape(self.environment.world_count, -1).any(dim=1)
         summary = self.environment.episode_summary()
         ended = worlds.cpu().numpy()
+        articulates = self._articulates[self.environment.reference_index.numpy()]
+        if not self.task.fixed_base:
+            summary["lifted"] = ((summary["lift"] > LIFTED) & (summary["failed"] == 0.0)).astype(np.float64)
         for name, values in summary.items():
-            self._returns.setdefault(f"Episode/{name}", []).extend(values[ended].tolist())
+            shown_by = articulates if name in _OF_HINGE else ~articulates if name == "lifted" else True
+            self._returns.setdefault(f"Episode/{name}", []).extend(values[ended & shown_by].tolist())
         sound = self._failure == 0
+        total = sum(sums[worlds & sound].sum(dim=2) for sums in self._term_sums)
+        self._returns.setdefault("Episode/reward", []).extend(total.flatten().tolist())
         for sums, (names, _) in zip(self._term_sums, self._terms, strict=True):
             for name, values in zip(names, sums[worlds & sound].mean(dim=1).T, strict=True):
                 self._returns.setdefault(f"Reward/{name}", []).extend(values.tolist())

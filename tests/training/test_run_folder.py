@@ -5,26 +5,24 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from PIL import Image
 
 from artigrasp.config import SimulatorConfig
 from artigrasp.errors import UserError
-from artigrasp.tasks import get_task
+from artigrasp.tasks import get_curriculum, get_task
 from artigrasp.training import run_folder
 from artigrasp.training.run_folder import (
-    CURVE_FILE,
     RUN_FILE,
-    CurvePoint,
+    CurriculumDescription,
     RunDescription,
+    locked,
     new_run_folder,
-    read_curve,
+    read_curriculum_description,
     read_run_description,
-    write_curve,
+    write_curriculum_description,
     write_run_description,
 )
 
-RUN = RunDescription(get_task("right-fixed-synergy"), ("lidded-box", "box"), "train", 5)
-CURVE = [CurvePoint(1, 600, 1.25, 0.5, 0.75), CurvePoint(3, 1800, 3.5, 0.625, 0.25)]
+RUN = RunDescription(get_task("right-fixed-synergy"), ("lidded-box", "box"), "train", 5, "test")
 
 
 def test_folders_never_collide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -32,7 +30,7 @@ def test_folders_never_collide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(run_folder.time, "strftime", lambda pattern: "noon")
     expected = [tmp_path / "right-fixed-synergy" / name for name in ("noon", "noon_2", "noon_3")]
     for folder in expected:
-        assert new_run_folder(tmp_path, RUN.task) == folder
+        assert new_run_folder(tmp_path, RUN.task.name) == folder
         assert not folder.exists()
         folder.mkdir(parents=True)
 
@@ -67,28 +65,39 @@ def test_what_describes_no_run_is_refused(tmp_path: Path, text: str | None, mess
     assert str(caught.value).startswith(f"{tmp_path / RUN_FILE}: {message}")
 
 
-def test_the_learning_curve_is_kept_and_drawn(tmp_path: Path) -> None:
-    """Its numbers come back exactly; the plot is a picture of some size, also of a single point or of none."""
-    assert read_curve(tmp_path) == []
-    for points in ([], CURVE[:1], CURVE):
-        write_curve(tmp_path, points, "right-fixed-synergy on lidded-box")
-        assert read_curve(tmp_path) == points
-        with Image.open(tmp_path / "learning_curve.png") as picture:
-            assert picture.size == (1500, 540)
-    assert (tmp_path / CURVE_FILE).read_text().splitlines()[1] == "1,600,1.25,0.5,0.75"
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["learning_curve.csv", "learning_curve.png"]
+def test_a_curriculum_is_described_in_full(tmp_path: Path) -> None:
+    """Its stages come back, and each is a run in a folder of its own."""
+    run = CurriculumDescription(get_curriculum("artigrasp"), ("box",), "train", 5)
+    write_curriculum_description(tmp_path, run)
+    assert read_curriculum_description(tmp_path) == run
+    assert run.stage(1) == RunDescription(get_task("left-fixed"), ("box",), "train", 5)
+    names = ["1-right-fixed", "2-left-fixed", "3-both-free"]
+    assert [run.stage_folder(tmp_path, index).name for index in range(3)] == names
+    with pytest.raises(UserError, match=r"curriculum.json: expected the description of a run, found none"):
+        read_curriculum_description(tmp_path / "elsewhere")
 
 
-def test_a_damaged_curve_is_named(tmp_path: Path) -> None:
-    """A column that is gone or a word among the numbers is the user's to mend."""
-    write_curve(tmp_path, CURVE, "")
-    path = tmp_path / CURVE_FILE
-    for old, new in (("success", "sucess"), ("1800", "many")):
-        text = path.read_text()
-        path.write_text(text.replace(old, new))
-        with pytest.raises(UserError, match=f"{CURVE_FILE}: expected numbers in the columns iteration, "):
-            read_curve(tmp_path)
-        path.write_text(text)
+def test_stages_begin_with_the_newest_networks() -> None:
+    """Each hand's network is that of the last stage that had one."""
+    run = CurriculumDescription(get_curriculum("artigrasp"), ("box",), "train", 0)
+    root = Path("run")
+    assert run.starts(root, 0) == run.starts(root, 1) == []
+    assert run.starts(root, 2) == [root / "1-right-fixed", root / "2-left-fixed"]
+    stages = (*run.curriculum.stages, run.curriculum.stages[0])
+    longer = replace(run, curriculum=replace(run.curriculum, stages=stages))
+    assert longer.starts(root, 3) == [root / "3-both-free"]
+
+
+def test_one_process_trains_in_a_folder(tmp_path: Path) -> None:
+    """A second one is told so; the lock goes with its owner."""
+    folder = tmp_path / "run"
+    with locked(folder):
+        message = "run: expected a folder of its own for a run, found another process"
+        with pytest.raises(UserError, match=message), locked(folder):
+            pass
+        assert list(folder.iterdir()) == []
+    with locked(folder):
+        pass
 
 
 def test_a_commit_is_that_of_the_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

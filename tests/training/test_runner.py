@@ -13,7 +13,7 @@ from artigrasp.config import TaskConfig
 from artigrasp.controllers.policy_file import load_policy, save_policy
 from artigrasp.errors import UserError
 from artigrasp.tasks import get_task
-from artigrasp.training import run_folder
+from artigrasp.training import learning_curve
 from artigrasp.training import runner as runner_module
 from artigrasp.training.runner import CHECKPOINT, POLICY, IterationReport, Runner
 from tests.training.examples import WORLD_COUNT, make_env, make_new_env, small_paper, small_synergy
@@ -24,7 +24,7 @@ FILES = ["latest.pt", "learning_curve.csv", "learning_curve.png", "policy.pt"]
 @pytest.fixture(autouse=True)
 def without_plots(monkeypatch: pytest.MonkeyPatch) -> None:
     """Drawing takes longer than training here; the curve's own tests draw it."""
-    monkeypatch.setattr(run_folder, "_plot_curve", lambda target, points, title: target.touch())
+    monkeypatch.setattr(learning_curve, "plot_curves", lambda target, runs, title: target.touch())
 
 
 def bandit() -> TaskConfig:
@@ -159,7 +159,7 @@ def test_iterations_after_the_checkpoint_leave_the_curve(tmp_path: Path) -> None
     save_policy(replace(load_policy(tmp_path / CHECKPOINT), iteration=2), tmp_path / CHECKPOINT)
     again = make_runner(bandit(), tmp_path)
     again.resume()
-    assert again.curve == points[:2]
+    assert [point.wall_time for point in again.curve] == [point.wall_time for point in points[:2]]
 
 
 def test_iterations_without_an_ended_episode_have_no_point(tmp_path: Path) -> None:
@@ -196,7 +196,7 @@ def test_the_learner_has_the_papers_settings(tmp_path: Path) -> None:
         ({"objects": ("box",)}, "objects: expected lidded-box, found box"),
         ({"hand": "mano"}, "hand: expected open, found mano"),
         ({"learner": None}, "expected a checkpoint with the learner's state, found a policy for inference"),
-        ({"learner": {}}, "expected the state of this run's learner, found another: 'learners'"),
+        ({"learner": {}}, "expected the state of this run's learner, found another: 'processes'"),
     ],
 )
 def test_what_is_no_checkpoint_of_the_run_is_refused(tmp_path: Path, changes: dict, message: str) -> None:

@@ -1,0 +1,65 @@
+"""Learning curves: kept exactly, and drawn for one run or for several with their seeds."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from artigrasp.errors import UserError
+from artigrasp.training import learning_curve
+from artigrasp.training.learning_curve import CURVE_FILE, CurvePoint, plot_curves, read_curve, write_curve
+
+CURVE = [
+    CurvePoint(1, 600, 1.25, 2.5, -3.0, 0.5, 0.75),
+    CurvePoint(3, 1800, 3.5, 7.0, -2.0, 0.625, 0.25),
+]
+
+
+def test_the_learning_curve_is_kept_and_drawn(tmp_path: Path) -> None:
+    """Its numbers come back exactly, also what is no number; the plot is a picture, of a single point or none too."""
+    assert read_curve(tmp_path) == []
+    for points in ([], CURVE[:1], CURVE):
+        write_curve(tmp_path, points, "right-fixed-synergy on lidded-box")
+        found = read_curve(tmp_path)
+        assert [point.iteration for point in found] == [point.iteration for point in points]
+        for point, expected in zip(found, points, strict=True):
+            np.testing.assert_array_equal(list(vars(point).values()), list(vars(expected).values()))
+        with Image.open(tmp_path / "learning_curve.png") as picture:
+            assert min(picture.size) > 500
+    assert (tmp_path / CURVE_FILE).read_text().splitlines()[1] == "1,600,1.25,2.5,-3.0,0.5,0.75,nan"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["learning_curve.csv", "learning_curve.png"]
+
+
+def test_older_curves_are_read(tmp_path: Path) -> None:
+    """Columns that were not measured then are no numbers now."""
+    (tmp_path / CURVE_FILE).write_text("iteration,control_steps,wall_time,success,angle_error\n1,600,1.25,0.5,0.75\n")
+    (point,) = read_curve(tmp_path)
+    assert (point.iteration, point.control_steps, point.success) == (1, 600, 0.5)
+    assert math.isnan(point.cpu_time) and math.isnan(point.lifted)
+
+
+@pytest.mark.parametrize("line", ["1,600,x,2.5,1,1,1,1", "1,600", "1,600,1,1,1,1,1,1,1"])
+def test_a_damaged_curve_is_named(tmp_path: Path, line: str) -> None:
+    """Words, missing and surplus columns."""
+    write_curve(tmp_path, [], "")
+    with (tmp_path / CURVE_FILE).open("a") as file:
+        file.write(line + "\n")
+    with pytest.raises(UserError, match=f"{CURVE_FILE}: expected numbers in the columns iteration, control_steps"):
+        read_curve(tmp_path)
+
+
+def test_seeds_make_a_band(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """The mean and the range of seeds where all of them have been, whatever steps each was measured at."""
+    drawn: dict[str, tuple] = {}
+
+    def draw(panel: object, places: np.ndarray, values: np.ndarray, label: str) -> None:
+        drawn[label] = (places.tolist(), values.tolist())
+
+    monkeypatch.setattr(learning_curve, "_plot_band", draw)
+    first = [CurvePoint(i, steps * 10**6, 0.0, success=value) for i, (steps, value) in enumerate(((1, 0.0), (3, 1.0)))]
+    second = [CurvePoint(i, steps * 10**6, 0.0, success=0.5) for i, steps in enumerate((0, 2, 4))]
+    plot_curves(tmp_path / "curves.png", {"ours": [first, second], "nothing": [[]]}, "")
+    assert drawn["ours"] == ([1.0, 2.0, 3.0], [[0.0, 0.5, 1.0], [0.5, 0.5, 0.5]])
+    assert drawn["nothing"][0] == []
