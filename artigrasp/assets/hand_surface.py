@@ -44,13 +44,13 @@ class HandPoints:
     normal: Array
 
 
-def core_points(hand: HandModel) -> HandPoints:
-    """Balls whose union is the hand, to ``SAG``."""
+def core_points(hand: HandModel, sag: float = SAG) -> HandPoints:
+    """Balls whose union is the hand; where it lies below the surface, it is by no more than ``sag`` [m]."""
     positions, radii, links = [], [], []
     for link in range(LINK_COUNT):
         for collider in hand.colliders[link]:
             reach, radius = _core(collider)
-            local = _grid(reach, radius)
+            local = _grid(reach, radius, sag)
             positions.append(Rotation.from_quat(collider.orientation).apply(local) + collider.position)
             radii.append(np.full(len(local), radius))
             links.append(np.full(len(local), link, np.int32))
@@ -85,10 +85,10 @@ def _core(collider: Collider) -> tuple[Array, float]:
     return collider.extents / 2 - radius, radius
 
 
-def _grid(reach: Array, radius: float) -> Array:
-    """Points of a core, so close that balls around them leave no more than ``SAG`` between them, shape (N, 3)."""
+def _grid(reach: Array, radius: float, sag: float) -> Array:
+    """Points of a core, so close that balls around them leave no more than ``sag`` between them, shape (N, 3)."""
     extended = reach > 1e-9
-    spacing = 2 * np.sqrt(max(2 * radius * SAG - SAG**2, SAG**2) / max(extended.sum(), 1))
+    spacing = 2 * np.sqrt(max(2 * radius * sag - sag**2, sag**2) / max(extended.sum(), 1))
     axes = [
         np.linspace(-half, half, int(np.ceil(2 * half / spacing)) + 1) if long else np.zeros(1)
         for half, long in zip(reach, extended, strict=True)

@@ -69,6 +69,8 @@ class HandDistance:
         points: The points of the hands.
         part_pose: Frames of the parts, in the frame that the hand bases are given in, shape [world, 2].
         position: Centres of the points, in that frame [m], shape [world, hand, point].
+        closest: Closest point of each part to every point, in the part's frame [m], shape [world, hand, point, 2].
+        normal: Gradient of the signed distance there in the part's frame, zero out of reach, same shape.
         distance: Signed distances of the balls around the points from each part [m], negative where they overlap, shape
             [world, hand, point, 2].
         nearest: The nearest point of each link, int, shape [world, hand, 16, 2].
@@ -112,7 +114,7 @@ class HandDistance:
         shape = (world_count, *self.points.radius.shape)
         self.position = wp.zeros(shape, dtype=wp.vec3, device=device, requires_grad=requires_grad)
         shape = (*shape, len(PARTS))
-        self._closest, self._normal = (wp.zeros(shape, dtype=wp.vec3, device=device) for _ in range(2))
+        self.closest, self.normal = (wp.zeros(shape, dtype=wp.vec3, device=device) for _ in range(2))
         self.distance = wp.zeros(shape, dtype=float, device=device, requires_grad=requires_grad)
         shape = (world_count, hand_count, LINK_COUNT, len(PARTS))
         self.nearest = wp.zeros(shape, dtype=int, device=device)
@@ -133,14 +135,14 @@ class HandDistance:
             mesh_distance.find_closest_points,
             dim=self.distance.shape,
             inputs=[self._mesh, self.part_pose, self.position, self.reach],
-            outputs=[self._closest, self._normal],
+            outputs=[self.closest, self.normal],
             device=self.device,
             record_tape=False,
         )
         wp.launch(
             mesh_distance.signed_distances,
             dim=self.distance.shape,
-            inputs=[self.part_pose, self.position, self.points.radius, self._closest, self._normal, self.reach],
+            inputs=[self.part_pose, self.position, self.points.radius, self.closest, self.normal, self.reach],
             outputs=[self.distance],
             device=self.device,
         )

@@ -1,8 +1,7 @@
 """Refinement of noisy references: fingers out of the object and onto it, everything else as it was.
 
-A pose is changed by gradient descent on a sum of terms, for all references of an object at once: Warp measures how far
-the hands' surface is from the object and takes gradients back through that and forward kinematics; PyTorch has the
-terms and the optimiser. The object is at its initial hinge angle, the one at which simulated hands meet it.
+A pose is changed by gradient descent on a sum of terms, for all references of an object at once. The object is at its
+initial hinge angle, the one at which simulated hands meet it.
 """
 
 from collections.abc import Callable
@@ -15,19 +14,18 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from artigrasp.assets.hand import HandModel
-from artigrasp.assets.hand_model import MIRROR_ROTATION
 from artigrasp.assets.object import ObjectModel
 from artigrasp.config import RefinementConfig, to_dict
-from artigrasp.kernels.layout import ARTICULATED, DOF_COUNT, FINGER_DOF_COUNT, HANDS, WRIST_DOF_COUNT
+from artigrasp.kernels.layout import ARTICULATED, FINGER_DOF_COUNT, WRIST_DOF_COUNT
+from artigrasp.references.descent import descend
+from artigrasp.references.energy import FingerTerms, depth_error, differentiate, gap_error
 from artigrasp.references.hand_distance import HandDistance, pose_parts_in_base
 from artigrasp.references.natural_pose import NaturalPose
 from artigrasp.references.quality import articulates, compose_poses, invert_poses, pose_references, wrist_in_base
 from artigrasp.references.reference import ReferenceSet, describe_provenance, join_references
 
-STEP = torch.tensor([*[0.001] * 3, *[0.01] * (DOF_COUNT - 3)])
-"""Size of the optimiser's first steps in each joint coordinate [m, rad]; they shrink to nothing."""
 DISTURBANCE = 10.0
-"""Standard deviation of disturbed starts, in such steps: 1 cm and 0.1 rad."""
+"""Standard deviation of disturbed starts, in first steps of the descent: 1 cm and 0.1 rad."""
 SOURCE = ", refined"
 """What is added to the source of a refined reference; the file's provenance has the settings."""
 REFINED = "-refined"
@@ -82,30 +80,20 @@ def refine_references(
     posed = pose_references(tried, model, hands, device, requires_grad=True)
     energy = Energy(tried, hands, natural, config, posed)
     joint_q = wp.to_torch(posed.hands.joint_q, requires_grad=False)
-    start = joint_q.clone()
-    active = torch.as_tensor(tried.active, device=joint_q.device)[..., None]
-    step = STEP.to(joint_q.device) * active
-    disturbances = torch.randn(joint_q.shape, generator=torch.Generator().manual_seed(config.seed))
+    start = joint_q[:count].clone()
+    disturbances = DISTURBANCE * torch.randn(joint_q.shape, generator=torch.Generator().manual_seed(config.seed))
     disturbances[:count] = 0.0
-    change = (DISTURBANCE * disturbances).to(joint_q.device).requires_grad_()
-    optimizer = torch.optim.Adam([change], lr=1.0)
-    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, config.iterations)
-    best, least = start.clone(), torch.full((len(tried),), torch.inf, device=joint_q.device)
-    for iteration in range(config.iterations + 1):
-        joint_q.copy_(start + step * change.detach())
-        value, gradient = energy.evaluate()
-        if iteration == 0:
-            start_energy = value[:count]
-        better = value < least
-        best[better], least[better] = joint_q[better], value[better]
-        if iteration < config.iterations:
-            change.grad = gradient * step
-            optimizer.step()
-            schedule.step()
-            on_iteration(iteration + 1)
+    best, least, first = descend(
+        joint_q,
+        energy.evaluate,
+        config.iterations,
+        active=torch.as_tensor(tried.active, device=joint_q.device),
+        disturbance=disturbances.to(joint_q.device),
+        on_iteration=on_iteration,
+    )
     least, winner = least.reshape(config.starts, count).min(dim=0)
     best = best[winner * count + torch.arange(count, device=winner.device)]
-    return _result(references, model, start[:count], best, start_energy, least)
+    return _result(references, model, start, best, first[:count], least)
 
 
 class Energy:
@@ -138,55 +126,34 @@ class Energy:
         self._wanted = tensor(references.contacts & references.active[:, :, None])
         self._articulates = tensor(articulates(references))[:, :, None]
         self._active = tensor(references.active)[:, :, None]
-        self._lower, self._upper = (
-            tensor(np.stack([getattr(hand, name) for hand in hands])[:, WRIST_DOF_COUNT:])
-            for name in ("lower", "upper")
-        )
-        mirrored = np.tile(MIRROR_ROTATION, FINGER_DOF_COUNT // 3)
-        self._to_right = tensor(np.stack([mirrored if side == "left" else np.ones_like(mirrored) for side in HANDS]))
-        self._mean, self._whitening = tensor(natural.mean), tensor(natural.whitening)
+        self._fingers = FingerTerms(hands, natural, device)
 
     def evaluate(self) -> tuple[torch.Tensor, torch.Tensor]:
         """The energy of every reference [R], and its gradient by the joint coordinates [R, 2, 51]."""
-        posed = self._posed
-        with wp.Tape() as tape:
-            posed.launch()
-        distance = wp.to_torch(posed.distance, requires_grad=False).clone().requires_grad_()
-        joint_q = wp.to_torch(posed.hands.joint_q, requires_grad=False).clone().requires_grad_()
-        energy = self._of_contacts(distance) + self._of_pose(joint_q)
-        gradient, of_distance = torch.autograd.grad(energy.sum(), (joint_q, distance))
-        tape.backward(grads={posed.distance: wp.from_torch(of_distance.contiguous())})
-        gradient = gradient + wp.to_torch(posed.hands.joint_q.grad)
-        tape.zero()
-        return energy.detach(), gradient
+        return differentiate(
+            self._posed, lambda posed: self._of_contacts(posed.distance) + self._of_pose(posed.joint_q)
+        )
 
     def _of_contacts(self, distance: torch.Tensor) -> torch.Tensor:
         """Of the signed distances of the hands' surface from the parts [R, 2, P, 2]."""
         config = self._config
-        depth = torch.relu(-distance - config.penetration_allowed) / config.penetration_scale
-        penetration = (depth**2).sum(dim=(1, 2, 3))
+        depth = depth_error(distance, config.penetration_allowed, config.penetration_scale)
         of_link = distance.gather(2, wp.to_torch(self._posed.nearest).long())
         to_target = torch.where(self._articulates, of_link[..., ARTICULATED], of_link.amin(dim=3))
-        error = torch.relu(to_target) / config.contact_scale
-        contact = torch.where(error < 1, error**2, 2 * error - 1)
-        total: torch.Tensor = config.penetration * penetration + config.contact * (contact * self._wanted).sum(
-            dim=(1, 2)
-        )
-        return total
+        contact = gap_error(to_target, config.contact_scale) * self._wanted
+        return config.penetration * depth.sum(dim=(1, 2, 3)) + config.contact * contact.sum(dim=(1, 2))
 
     def _of_pose(self, joint_q: torch.Tensor) -> torch.Tensor:
         """Of the joint coordinates [R, 2, 51], of which the first six are the change of the wrist."""
         config = self._config
         fingers = joint_q[..., WRIST_DOF_COUNT:]
-        excess = torch.relu(fingers - self._upper) + torch.relu(self._lower - fingers)
-        natural = (fingers * self._to_right - self._mean) @ self._whitening.T
         change = joint_q - self._start
         stay = (change[..., :3] / config.stay_position).square().sum(dim=2)
         stay = stay + (change[..., 3:WRIST_DOF_COUNT] / config.stay_rotation).square().sum(dim=2)
         stay = stay + (change[..., WRIST_DOF_COUNT:] / config.stay_fingers).square().sum(dim=2)
         terms = (
-            config.limits * (excess / config.limits_scale).square().sum(dim=2)
-            + config.natural * natural.square().sum(dim=2)
+            config.limits * self._fingers.beyond_limits(fingers) / config.limits_scale**2
+            + config.natural * self._fingers.unnatural(fingers)
             + config.stay * stay
         )
         total: torch.Tensor = (terms * self._active[..., 0]).sum(dim=1)
