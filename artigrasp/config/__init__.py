@@ -13,6 +13,7 @@ from artigrasp.config.reset import ResetConfig
 from artigrasp.config.reward import RewardConfig
 from artigrasp.config.simulator import SimulatorConfig
 from artigrasp.config.stage import StageConfig
+from artigrasp.config.synthesis import SynthesisConfig
 from artigrasp.config.task import TaskConfig
 from artigrasp.config.task_file import read_task, write_task
 
@@ -33,6 +34,7 @@ __all__ = [
     "SimulatorConfig",
     "StageConfig",
     "SynergyConfig",
+    "SynthesisConfig",
     "TaskConfig",
     "from_dict",
     "read_task",

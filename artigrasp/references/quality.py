@@ -116,6 +116,13 @@ def compose_poses(outer: NDArray[np.floating], inner: NDArray[np.floating]) -> A
     return _poses(_transforms(outer) * _transforms(inner), outer.shape)
 
 
+def wrist_moves(joint_q: NDArray[np.floating]) -> Array:
+    """What the first six joint coordinates [..., 51] do to the wrist: position [m], quaternion xyzw, shape [..., 7]."""
+    shape = joint_q.shape[:-1]
+    turn = Rotation.from_euler("XYZ", joint_q[..., 3:WRIST_DOF_COUNT].reshape(-1, 3))
+    return np.concatenate([joint_q[..., :3], turn.as_quat().reshape(*shape, 4)], axis=-1)
+
+
 def invert_poses(poses: NDArray[np.floating]) -> Array:
     """The inverses of poses: position, quaternion xyzw, shape [..., 7]."""
     return _poses(_transforms(poses).inv(), poses.shape)

@@ -21,7 +21,14 @@ from artigrasp.references.descent import descend
 from artigrasp.references.energy import FingerTerms, depth_error, differentiate, gap_error
 from artigrasp.references.hand_distance import HandDistance, pose_parts_in_base
 from artigrasp.references.natural_pose import NaturalPose
-from artigrasp.references.quality import articulates, compose_poses, invert_poses, pose_references, wrist_in_base
+from artigrasp.references.quality import (
+    articulates,
+    compose_poses,
+    invert_poses,
+    pose_references,
+    wrist_in_base,
+    wrist_moves,
+)
 from artigrasp.references.reference import ReferenceSet, describe_provenance, join_references
 
 DISTURBANCE = 10.0
@@ -170,8 +177,8 @@ def _result(
 ) -> Refinement:
     before, after = (values.cpu().numpy().astype(np.float64) for values in (start, end))
     active = references.active
-    turn = Rotation.from_euler("XYZ", after[..., 3:WRIST_DOF_COUNT].reshape(-1, 3))
-    offset = np.concatenate([after[..., :3], turn.as_quat().reshape(*active.shape, 4)], axis=-1)
+    offset = wrist_moves(after)
+    turn = Rotation.from_quat(offset[..., 3:].reshape(-1, 4))
     parts = pose_parts_in_base(model, references.object_angle)
     part_of_hand = np.take_along_axis(parts, references.part[:, :, None], axis=1)
     wrist = compose_poses(invert_poses(part_of_hand), compose_poses(wrist_in_base(references, parts), offset))
