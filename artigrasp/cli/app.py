@@ -24,6 +24,7 @@ VERBS = (
     "import-arctic",
     "extract-references",
     "refine-references",
+    "synthesize-references",
     "check-asset",
     "train",
     "evaluate",

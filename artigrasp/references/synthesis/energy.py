@@ -18,8 +18,8 @@ from artigrasp.references.synthesis.fingertips import Fingertips
 from artigrasp.references.synthesis.grip import Array, Grip, RestingObject
 from artigrasp.references.synthesis.intents import THUMB, Intents
 
-SAG = 1e-3
-"""How far the balls that stand for a hand may lie below its surface [m]."""
+SAG, REACH = 1.5e-3, 0.035
+"""How far the balls that stand for a hand may lie below its surface, and how far they look for the object's [m]."""
 FOREARM = np.linspace(0.05, 0.20, 6)
 """Middles of the balls that stand for a forearm, behind the wrist [m]."""
 FOREARM_RADIUS = 0.03
@@ -66,7 +66,7 @@ class SynthesisEnergy:
         self._grip, self._config = grip, config
         points = [_with_forearm(core_points(hand, SAG), hand.side) for hand in hands]
         count = len(intents)
-        self.posed = HandDistance(hands, meshes, np.zeros(count, int), points=points, requires_grad=True)
+        self.posed = HandDistance(hands, meshes, np.zeros(count, int), points=points, reach=REACH, requires_grad=True)
         angle = np.full(count, resting.angle)
         self.posed.part_pose.assign(pose_parts_in_base(resting.model, angle))
         self.posed.hands.hand_base.assign(start[0].astype(np.float32))

@@ -6,9 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from artigrasp.assets.library import list_assets
 from artigrasp.assets.object import ObjectModel
 from artigrasp.config.task import Kind, Side
 from artigrasp.kernels.layout import ARTICULATED, BASE
+from artigrasp.references.reference import load_references
 
 Array = NDArray[np.float64]
 
@@ -72,6 +74,21 @@ class RestingObject:
         motion = np.cross(axis, offset)
         arm = np.linalg.norm(motion, axis=-1)
         return motion / np.maximum(arm, 1e-9)[..., None], arm
+
+
+def usual_pose(object_name: str) -> tuple[Array | None, str | None]:
+    """How an object lies on the table in references that there are, and the hand that they are of.
+
+    Returns:
+        Of the reference that lies most like the others, the frame of the base in the world, shape (7,), and the name of
+        the hand; None and None without references.
+    """
+    if object_name not in list_assets("references"):
+        return None, None
+    references = load_references(object_name)
+    up = Rotation.from_quat(references.object_pose[:, 3:]).inv().apply([0.0, 0.0, 1.0])
+    most = int((up @ up.T).mean(axis=1).argmax())
+    return references.object_pose[most].astype(np.float64), references.hand
 
 
 def rest(model: ObjectModel, pose: Array | None = None) -> RestingObject:

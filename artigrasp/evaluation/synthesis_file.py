@@ -1,0 +1,62 @@
+"""Files of synthesised references, which grow grip by grip so that nothing is lost."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from artigrasp.errors import UserError
+from artigrasp.evaluation.synthesis import SynthesizedReferences
+from artigrasp.references.reference import (
+    ReferenceSet,
+    describe_provenance,
+    join_references,
+    read_references,
+    save_references,
+)
+
+MADE_BY = "synthesize-references"
+
+
+class SynthesisFile:
+    """A file of synthesised references of one object.
+
+    Attributes:
+        path: The file, which need not be there.
+        grips: What it says of each grip that was tried: ``"count"``, see
+            :class:`artigrasp.evaluation.synthesis.SynthesisCount`, and ``"references"``, one record for each.
+    """
+
+    def __init__(self, path: Path, settings: Mapping[str, Any], *, overwrite: bool = False) -> None:
+        """Go on with a file, or begin one.
+
+        Args:
+            path: The file.
+            settings: What its references depend on besides the object, of JSON's types.
+            overwrite: Whether to begin anew where it was made with other settings.
+
+        Raises:
+            UserError: it was made with other settings, or is no file of synthesised references.
+        """
+        self.path, self.grips = path, {}
+        self._settings: dict[str, Any] = json.loads(json.dumps(dict(settings)))
+        self._references: ReferenceSet | None = None
+        if not path.is_file():
+            return
+        references = read_references(path)
+        provenance = json.loads(references.provenance or "{}")
+        if all(provenance.get(key) == value for key, value in {"made_by": MADE_BY, **self._settings}.items()):
+            self._references, self.grips = references, provenance["grips"]
+        elif not overwrite:
+            raise UserError(f"{path}: expected references made with these settings, found others: add --overwrite")
+
+    def add(self, grip: str, made: SynthesizedReferences) -> None:
+        """Add what was made of a grip, and write the file unless nothing has been kept yet."""
+        self.grips[grip] = {"count": asdict(made.count), "references": list(made.records)}
+        parts = [each for each in (self._references, made.references) if each is not None]
+        if not parts:
+            return
+        provenance = describe_provenance(MADE_BY, **self._settings, grips=self.grips)
+        self._references = replace(join_references(parts), provenance=provenance)
+        save_references(self.path, self._references)
