@@ -9,15 +9,15 @@ from artigrasp.config.checks import require_not_negative, require_positive
 class SynthesisConfig:
     """How many hands are tried, and what weighs what. A term is a sum of squares of errors over their scales."""
 
-    candidates: int = 64
+    candidates: int = 48
     """Hands, or pairs of them, that are optimised for each kind of grip."""
     draws: int = 12
     """Intents drawn for each of them, of which the best start counts."""
-    iterations: int = 120
+    iterations: int = 100
     """Steps of the optimiser."""
     seed: int = 0
     """Seed of the intents."""
-    samples: int = 3000
+    samples: int = 2000
     """Points of the object's surface that fingers may be meant for."""
     anchor: float = 1.0
     """Weight of the distance of each busy fingertip from the point that it is meant for."""
@@ -55,12 +55,13 @@ class SynthesisConfig:
     """Scale of what they exceed the limits by [rad]."""
     natural: float = 0.3
     """Weight of the distance from natural finger angles, in their standard deviations."""
-    tries: int = 3
+    tries: int = 4
     """Grips that the physics is asked about for each reference that is wanted, at most."""
-    trials: int = 2
+    trials: int = 1
     """Trials of each of them: angles to open to, or targets to lift to."""
     rollouts: int = 8
-    """Rollouts of the search that a grip is given which PD+IK fails with; 0 for none."""
+    """Rollouts of the search that grips are given which PD+IK fails with, if too few work, as many grips as references
+    are wanted; 0 for none."""
 
     def __post_init__(self) -> None:
         require_positive(self, "candidates", "draws", "iterations", "samples", "tries", "trials")

@@ -156,11 +156,7 @@ def _try(
         rows, check = np.concatenate([rows, batch]), check.join(ask(batch, "trying", 0))
         if check.works.sum() >= count:
             return rows, check
-    failed = np.flatnonzero(~check.works)
+    failed = np.flatnonzero(~check.works)[:count]
     if config.rollouts and len(failed):
-        for start in range(0, len(failed), count):
-            batch = failed[start : start + count]
-            check = check.update(batch, ask(rows[batch], "searching", config.rollouts))
-            if check.works.sum() >= count:
-                break
+        check = check.update(failed, ask(rows[failed], "searching", config.rollouts))
     return rows, check

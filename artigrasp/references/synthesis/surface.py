@@ -15,6 +15,8 @@ from artigrasp.references.synthesis.grip import Array, RestingObject
 
 STANDOFF = 0.012
 """Where the middle of a fingertip is that touches a point, over the surface [m]."""
+CLEARANCE = 0.8
+"""How near to another point of the surface it may be there, over the standoff."""
 REACH = 0.3
 """How far a way out must be free [m]."""
 LEAST_OPENNESS = 0.08
@@ -70,17 +72,19 @@ def _openness(whole: trimesh.Trimesh, points: Array, resting: RestingObject, dev
     mesh = wp.Mesh(
         wp.array(whole.vertices.astype(np.float32), dtype=wp.vec3, device=device),
         wp.array(whole.faces.astype(np.int32).ravel(), dtype=int, device=device),
+        support_winding_number=True,
     )
     free = wp.zeros(len(points), dtype=int, device=device)
     wp.launch(
         count_free_rays,
-        dim=(len(points), len(directions)),
+        dim=len(points),
         inputs=[
             mesh.id,
             wp.array(points.astype(np.float32), dtype=wp.vec3, device=device),
             wp.array(directions.astype(np.float32), dtype=wp.vec3, device=device),
             wp.vec3(*resting.up),
             resting.floor,
+            CLEARANCE * STANDOFF,
             REACH,
         ],
         outputs=[free],
