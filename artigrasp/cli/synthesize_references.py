@@ -32,7 +32,8 @@ class Options:
     Hands are fitted to the object as it rests on the table, closed, from many starts at once; of the sound ones that
     differ, those are kept with which PD+IK, or else a short search, opens the free object or lifts it. Writes
     OUT/references/OBJECT.npz, in the splits train and test, after every kind. What the file has already of kinds made
-    with the same settings is not made again. To use the references, put OUT first among the folders of assets:
+    with the same settings is not made again. On an object that is its own mirror image, what one hand does the other
+    does in the mirror, and is tried again. To use the references, put OUT first among the folders of assets:
     ARTIGRASP_ASSETS=OUT:FOLDER artigrasp evaluate articulation ...
 
     With --json: {"files": [file], "objects": {object: {kind: {"fitted", "sound", "tried", "pd_ik", "search", "kept",
@@ -90,17 +91,20 @@ def _make(name: str, file: Path, options: Options, on_share: Callable[[str, floa
     """Make what a file lacks; what it says then of each kind."""
     from artigrasp.assets.hand import load_hand
     from artigrasp.assets.object import load_object
-    from artigrasp.evaluation.synthesis import synthesize_references
+    from artigrasp.evaluation.synthesis import mirror_synthesized, synthesize_references
     from artigrasp.evaluation.synthesis_file import SynthesisFile
     from artigrasp.kernels.layout import HANDS
     from artigrasp.references.natural_pose import recorded_natural_pose
     from artigrasp.references.synthesis.grip import GRIPS, rest, usual_pose
+    from artigrasp.references.synthesis.mirror import find_mirror_plane
 
     pose, usual_hand = usual_pose(name)
     hand = options.hand or usual_hand or OPEN_HAND
     hands = (load_hand(hand, HANDS[0]), load_hand(hand, HANDS[1]))
     settings = {"settings": to_dict(options.synthesis), "count": options.count, "hand": hand}
     target = SynthesisFile(file, settings, overwrite=options.overwrite)
+    resting, natural = rest(load_object(name), pose), recorded_natural_pose(hand)
+    plane = find_mirror_plane(resting)
     for index, kind in enumerate(options.kinds):
         if kind in target.grips:
             continue
@@ -108,16 +112,21 @@ def _make(name: str, file: Path, options: Options, on_share: Callable[[str, floa
         def on_stage(stage: str, share: float, index: int = index, kind: str = kind) -> None:
             on_share(f"{kind}: {stage}", index + share)
 
-        made = synthesize_references(
-            GRIPS[kind],
-            rest(load_object(name), pose),
-            hands,
-            recorded_natural_pose(hand),
-            options.synthesis,
-            count=options.count,
-            simulator=options.simulator,
-            on_stage=on_stage,
-        )
+        grip = GRIPS[kind]
+        other = target.made_of(grip.mirrored)
+        if plane is not None and other is not None:
+            made = mirror_synthesized(*other, plane, options.synthesis, simulator=options.simulator, on_stage=on_stage)
+        else:
+            made = synthesize_references(
+                grip,
+                resting,
+                hands,
+                natural,
+                options.synthesis,
+                count=options.count,
+                simulator=options.simulator,
+                on_stage=on_stage,
+            )
         target.add(kind, made)
     return {kind: _measures(target.grips[kind]) for kind in options.kinds}
 

@@ -86,9 +86,8 @@ def check_references(
     experiment, drawn = _trials(references, 1 if rollouts else trials, seed)
     controller: Controller = pd_ik_controller(get_task(TASK))
     if rollouts:
-        assert experiment.objective is not None
         settings = CrossEntropySettings(rollouts=rollouts)
-        controller = SearchController(controller, settings, objective=experiment.objective, seed=seed)
+        controller = SearchController(controller, settings, objectives=experiment.objectives, seed=seed)
     outcomes = experiment.run_trials(controller, [references], drawn, seed=seed, simulator=simulator, on_step=on_step)
     succeeded = experiment.criteria[CRITERIA[str(references.kind[0])]](outcomes)
     counts = np.bincount(drawn.reference, minlength=len(references))

@@ -1,7 +1,7 @@
 """Synthesis of references with the physics as the judge: what is kept works."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,6 +14,7 @@ from artigrasp.evaluation.reference_check import PD_IK, SEARCH, ReferenceCheck, 
 from artigrasp.references.natural_pose import NaturalPose
 from artigrasp.references.reference import ReferenceSet
 from artigrasp.references.synthesis.grip import Grip, RestingObject
+from artigrasp.references.synthesis.mirror import MirrorPlane, mirror_references
 from artigrasp.references.synthesis.synthesize import Candidates, synthesize
 
 TEST_EVERY = 3
@@ -99,9 +100,10 @@ def synthesize_references(
     if candidates is None:
         seconds = time.perf_counter() - began
         return SynthesizedReferences(None, SynthesisCount(0, 0, 0, 0, 0, seconds), ())
-    rows, checks = _try(candidates, count, config, simulator, on_stage)
-    works = np.flatnonzero(checks.works)[:count]
-    kept, verdict = rows[works], checks.verdict[works]
+    rows, check = _try(candidates, count, config, simulator, on_stage)
+    works = np.flatnonzero(check.works)[:count]
+    kept = rows[works]
+    verdict = check.verdict[works]
     found = SynthesisCount(
         fitted=len(candidates.references),
         sound=int(candidates.judgement.sound.sum()),
@@ -112,26 +114,101 @@ def synthesize_references(
     )
     if not len(kept):
         return SynthesizedReferences(None, found, ())
-    sources = [f"synthesised {grip.name} seed {config.seed} candidate {row}" for row in kept]
+    judgement, references = candidates.judgement, candidates.references.select(indices=kept)
     references = replace(
-        candidates.references.select(indices=kept),
-        source=np.array(sources),
-        split=np.where(np.arange(len(kept)) % TEST_EVERY == TEST_EVERY - 1, "test", "train"),
+        references, source=np.array([f"synthesised {grip.name} seed {config.seed} candidate {row}" for row in kept])
     )
-    judgement = candidates.judgement
-    records = tuple(
+    records = [
         {
-            "source": source,
             "energy": round(float(judgement.energy[row]), 3),
             "deepest": round(float(judgement.deepest[row]), 5),
-            "contacts": int(candidates.references.contacts[row].sum()),
             "merit": round(float(judgement.merit[row]), 3),
-            "verdict": str(checks.verdict[index]),
-            "success": round(float(checks.success[index]), 3),
         }
-        for source, row, index in zip(sources, kept.tolist(), works.tolist(), strict=True)
+        for row in kept
+    ]
+    return _kept(references, records, check, works, found)
+
+
+def mirror_synthesized(
+    other: ReferenceSet,
+    records: Sequence[Mapping[str, Any]],
+    plane: MirrorPlane,
+    config: SynthesisConfig,
+    *,
+    simulator: SimulatorConfig = SimulatorConfig(),
+    on_stage: OnStage = lambda stage, share: None,
+) -> SynthesizedReferences:
+    """What the other hand did, in the mirror, tried again.
+
+    Args:
+        other: References of the other hand.
+        records: Of every one of them.
+        plane: In which the object is its own mirror image.
+        config: How they are tried.
+        simulator: Backend, device and threads of the physics.
+        on_stage: For progress.
+    """
+    began = time.perf_counter()
+    references = mirror_references(other, plane)
+    check = _ask(references, config, 0, simulator, lambda share: on_stage("trying", share))
+    failed = np.flatnonzero(~check.works)
+    if config.rollouts and len(failed):
+        again = references.select(indices=failed)
+        found = _ask(again, config, config.rollouts, simulator, lambda share: on_stage("searching", share))
+        check = check.update(failed, found)
+    works = np.flatnonzero(check.works)
+    verdict = check.verdict[works]
+    counts = {"fitted": len(other), "sound": len(other), "tried": len(other)}
+    found_count = SynthesisCount(
+        **counts,
+        pd_ik=int((verdict == PD_IK).sum()),
+        search=int((verdict == SEARCH).sum()),
+        seconds=time.perf_counter() - began,
     )
-    return SynthesizedReferences(references, found, records)
+    if not len(works):
+        return SynthesizedReferences(None, found_count, ())
+    references = replace(references, source=np.array([f"{source}, mirrored" for source in references.source]))
+    same = [{name: records[row][name] for name in ("energy", "deepest", "merit")} for row in works]
+    return _kept(references.select(indices=works), same, check, works, found_count)
+
+
+def _kept(
+    references: ReferenceSet,
+    records: Sequence[Mapping[str, Any]],
+    check: ReferenceCheck,
+    works: NDArray[np.int64],
+    count: SynthesisCount,
+) -> SynthesizedReferences:
+    """References that work, in splits and with their records."""
+    split = np.where(np.arange(len(references)) % TEST_EVERY == TEST_EVERY - 1, "test", "train")
+    whole = [
+        {
+            **record,
+            "source": str(references.source[row]),
+            "contacts": int(references.contacts[row].sum()),
+            "verdict": str(check.verdict[index]),
+            "success": round(float(check.success[index]), 3),
+        }
+        for row, (record, index) in enumerate(zip(records, works.tolist(), strict=True))
+    ]
+    return SynthesizedReferences(replace(references, split=split), count, tuple(whole))
+
+
+def _ask(
+    references: ReferenceSet,
+    config: SynthesisConfig,
+    rollouts: int,
+    simulator: SimulatorConfig,
+    on_share: Callable[[float], None],
+) -> ReferenceCheck:
+    return check_references(
+        references,
+        trials=config.trials,
+        rollouts=rollouts,
+        seed=config.seed,
+        simulator=simulator,
+        on_step=lambda done, total: on_share(done / total),
+    )
 
 
 def _try(
@@ -142,14 +219,8 @@ def _try(
     check = ReferenceCheck(np.zeros(0, "<U8"), np.zeros(0))
 
     def ask(these: NDArray[np.int64], stage: str, rollouts: int) -> ReferenceCheck:
-        return check_references(
-            candidates.references.select(indices=these),
-            trials=config.trials,
-            rollouts=rollouts,
-            seed=config.seed,
-            simulator=simulator,
-            on_step=lambda done, total: on_stage(stage, done / total),
-        )
+        chosen = candidates.references.select(indices=these)
+        return _ask(chosen, config, rollouts, simulator, lambda share: on_stage(stage, share))
 
     for start in range(0, len(candidates.chosen), count):
         batch = candidates.chosen[start : start + count]

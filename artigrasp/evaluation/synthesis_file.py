@@ -6,6 +6,8 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from artigrasp.errors import UserError
 from artigrasp.evaluation.synthesis import SynthesizedReferences
 from artigrasp.references.reference import (
@@ -60,3 +62,11 @@ class SynthesisFile:
         provenance = describe_provenance(MADE_BY, **self._settings, grips=self.grips)
         self._references = replace(join_references(parts), provenance=provenance)
         save_references(self.path, self._references)
+
+    def made_of(self, grip: str) -> tuple[ReferenceSet, list[dict[str, Any]]] | None:
+        """The references of a grip and their records, None where there are none."""
+        records = self.grips[grip]["references"] if grip in self.grips else []
+        if self._references is None or not records:
+            return None
+        rows = np.flatnonzero(np.isin(self._references.source, [each["source"] for each in records]))
+        return self._references.select(indices=rows), records

@@ -31,6 +31,12 @@ class Grip:
         """Index of the part that the hands' poses are relative to."""
         return ARTICULATED if self.kind == "articulate" else BASE
 
+    @property
+    def mirrored(self) -> str:
+        """Name of what the other hand does in the mirror; that of the grip itself if it takes both."""
+        names = {"right": "left", "left": "right"}
+        return self.name if len(self.sides) == 2 else f"{self.name.rsplit('-', 1)[0]}-{names[self.sides[0]]}"
+
 
 GRIPS = {
     grip.name: grip
