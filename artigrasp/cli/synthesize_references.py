@@ -44,7 +44,7 @@ class Options:
     """Objects, as `artigrasp list objects` names them."""
     kinds: tuple[GripName, ...] = ("articulate-right", "articulate-left", "grasp-both", "grasp-right", "grasp-left")
     """Kinds of references."""
-    count: int = 6
+    count: int = 8
     """References of each kind, at most."""
     hand: str | None = None
     """Hand; by default that of the object's references, or the open hand."""

@@ -59,4 +59,4 @@ def test_bad_input(work: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert refusal([VERB], work, capfd) == "objects: expected at least one, found none"
     assert refusal([VERB, "lidded-bux"], work, capfd) == "unknown object 'lidded-bux': did you mean 'lidded-box'?"
     assert refusal([VERB, BOX, "--count", "0"], work, capfd) == "count: expected a positive number, found 0"
-    assert "unknown hand 'claw'" in refusal([VERB, BOX, "--hand", "claw"], work, capfd)
+    assert "unknown hand 'claw_left'" in refusal([VERB, BOX, "--hand", "claw"], work, capfd)
