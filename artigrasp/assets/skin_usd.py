@@ -43,15 +43,7 @@ def define_skin(stage: Usd.Stage, root: str, skin: HandSkin) -> tuple[UsdSkel.Sk
     skeleton.CreateRestTransformsAttr(_translations(offsets))
     # Only the surface is to be seen.
     skeleton.CreatePurposeAttr(UsdGeom.Tokens.guide)
-    mesh = UsdGeom.Mesh.Define(stage, f"{root}/surface")
-    points = Vt.Vec3fArray.FromNumpy(np.round(skin.vertices, POSITION_DIGITS).astype(np.float32))
-    mesh.CreatePointsAttr(points)
-    mesh.CreateExtentAttr(UsdGeom.PointBased.ComputeExtent(points))
-    mesh.CreateFaceVertexCountsAttr(Vt.IntArray(len(skin.faces), 3))
-    mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(skin.faces.astype(np.int32).ravel()))
-    mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.loop)
-    colours = mesh.CreateDisplayColorPrimvar(UsdGeom.Tokens.vertex)
-    colours.Set(Vt.Vec3fArray.FromNumpy(np.round(skin.colours, COLOUR_DIGITS).astype(np.float32)))
+    mesh = add_skin_mesh(stage, f"{root}/surface", skin)
     binding = UsdSkel.BindingAPI.Apply(mesh.GetPrim())
     binding.CreateSkeletonRel().SetTargets([skeleton.GetPath()])
     binding.CreateGeomBindTransformAttr(Gf.Matrix4d(1.0))
@@ -65,6 +57,20 @@ def define_skin(stage: Usd.Stage, root: str, skin: HandSkin) -> tuple[UsdSkel.Sk
         Vt.FloatArray.FromNumpy(weights.astype(np.float32).ravel())
     )
     return skeleton, mesh
+
+
+def add_skin_mesh(stage: Usd.Stage, path: str, skin: HandSkin) -> UsdGeom.Mesh:
+    """Add the surface of a skin in the zero pose, which nothing bends."""
+    mesh = UsdGeom.Mesh.Define(stage, path)
+    points = Vt.Vec3fArray.FromNumpy(np.round(skin.vertices, POSITION_DIGITS).astype(np.float32))
+    mesh.CreatePointsAttr(points)
+    mesh.CreateExtentAttr(UsdGeom.PointBased.ComputeExtent(points))
+    mesh.CreateFaceVertexCountsAttr(Vt.IntArray(len(skin.faces), 3))
+    mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(skin.faces.astype(np.int32).ravel()))
+    mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.loop)
+    colours = mesh.CreateDisplayColorPrimvar(UsdGeom.Tokens.vertex)
+    colours.Set(Vt.Vec3fArray.FromNumpy(np.round(skin.colours, COLOUR_DIGITS).astype(np.float32)))
+    return mesh
 
 
 def read_skin(reader: StageReader, root: str) -> HandSkin | None:

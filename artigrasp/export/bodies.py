@@ -5,13 +5,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import trimesh
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from artigrasp.assets.hand import HandModel, load_hand
 from artigrasp.assets.hand_skin import SKIN_COLOUR
 from artigrasp.assets.object import ObjectModel, load_object
-from artigrasp.export.surface import Surface, link_surface, part_surface
+from artigrasp.config import StageConfig
+from artigrasp.export.surface import Surface, link_surface, mesh_surface, part_surface
 from artigrasp.kernels.layout import ARTICULATED, LINK_COUNT, LINKS, PARTS
 from artigrasp.motion.file import Motion
 from artigrasp.motion.kinematics import link_poses, part_poses, pose_object
@@ -61,11 +63,36 @@ def _link_body(hand: HandModel, link: int, poses: NDArray[np.float32]) -> Body:
 
 def object_bodies(motion: Motion, object: ObjectModel) -> tuple[Body, ...]:
     """The two parts of the object of a motion."""
-    poses = part_poses(motion, object)
+    return _part_bodies(object, part_poses(motion, object))
+
+
+def _part_bodies(object: ObjectModel, poses: NDArray[np.float32]) -> tuple[Body, ...]:
     return tuple(
         Body(name, *part_surface(part), poses[:, index])
         for index, (name, part) in enumerate(zip(PARTS, object.parts, strict=True))
     )
+
+
+def bystander_bodies(motion: Motion) -> tuple[tuple[ObjectModel, tuple[Body, ...], NDArray[np.float32]], ...]:
+    """The other objects of a motion's scene: each with its two parts and its hinge angles [rad], shape ``[T]``.
+
+    Raises:
+        UserError: one of them is not among the assets.
+    """
+    if (bystanders := motion.bystanders) is None:
+        return ()
+    models = [load_object(name) for name in bystanders.objects]
+    courses = zip(models, np.moveaxis(bystanders.pose, 1, 0), bystanders.hinge_angle.T, strict=True)
+    return tuple(
+        (model, _part_bodies(model, pose_object(poses, angles, model)), angles) for model, poses, angles in courses
+    )
+
+
+def stage_surface(stage: StageConfig) -> Surface:
+    """The surface of a plateau on the table, in the world."""
+    box = trimesh.creation.box((*stage.size, stage.height))
+    centre = np.array([*stage.position, stage.height / 2])
+    return mesh_surface(np.asarray(box.vertices) + centre, np.asarray(box.faces))
 
 
 def target_ghost(motion: Motion, object: ObjectModel) -> Body:

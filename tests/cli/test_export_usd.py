@@ -12,32 +12,42 @@ from artigrasp.export import usd
 from artigrasp.motion.file import Motion, save_motion
 from tests.motion.example import example_motion
 
+Call = tuple[list[Motion], Path, float | None, str]
+
 
 @pytest.fixture
-def exported(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Motion, Path, float | None]]:
+def exported(monkeypatch: pytest.MonkeyPatch) -> list[Call]:
     """What the library was asked to export."""
-    calls: list[tuple[Motion, Path, float | None]] = []
-    monkeypatch.setattr(usd, "export_usd", lambda motion, path, *, rate=None: calls.append((motion, path, rate)))
+    calls: list[Call] = []
+    monkeypatch.setattr(
+        usd, "export_usd", lambda motions, path, *, rate, hands: calls.append((motions, path, rate, hands))
+    )
     return calls
 
 
 def test_motion_is_exported_beside_its_file_or_where_asked(
-    tmp_path: Path, exported: list[tuple[Motion, Path, float | None]], capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, exported: list[Call], capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The path and the rate are passed on, and the file that was written is named."""
     path = tmp_path / "motion.npz"
     save_motion(path, example_motion())
     assert main(["export-usd", str(path)]) == 0
     assert capsys.readouterr().out == f"wrote {tmp_path / 'motion.usdc'}\n"
-    assert main(["export-usd", str(path), "--out", str(tmp_path / "a.usda"), "--rate", "30", "--json"]) == 0
+    out = ["--out", str(tmp_path / "a.usda"), "--rate", "30", "--hands", "baked", "--json"]
+    assert main(["export-usd", str(path), str(path), *out]) == 0
     assert json.loads(capsys.readouterr().out) == {"path": str(tmp_path / "a.usda")}
-    assert [call[1:] for call in exported] == [(tmp_path / "motion.usdc", None), (tmp_path / "a.usda", 30.0)]
-    assert exported[0][0].object == "lidded-box"
+    assert exported[0][1:] == (tmp_path / "motion.usdc", None, "skinned")
+    assert exported[1][1:] == (tmp_path / "a.usda", 30.0, "baked")
+    assert [[motion.object for motion in call[0]] for call in exported] == [["lidded-box"], ["lidded-box"] * 2]
 
 
-def test_what_is_no_motion_is_refused(
-    tmp_path: Path, exported: list[tuple[Motion, Path, float | None]], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_no_motion_is_refused(exported: list[Call], capsys: pytest.CaptureFixture[str]) -> None:
+    """A motion is what it is about."""
+    assert main(["export-usd"]) == 2
+    assert not exported and capsys.readouterr().err
+
+
+def test_what_is_no_motion_is_refused(tmp_path: Path, exported: list[Call], capsys: pytest.CaptureFixture[str]) -> None:
     """A missing file and a file of something else are refused in one line, and nothing is written."""
     (tmp_path / "note.npz").write_text("nothing")
     for name in ("note.npz", "missing.npz"):
