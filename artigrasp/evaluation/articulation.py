@@ -24,6 +24,9 @@ RELEASED_ANGLE_LIMIT = 2.0
 RELEASED_DISPLACEMENT_LIMIT = 0.4
 """The authors' script voids trials that end beyond this angle [rad] or base displacement [m]."""
 
+UNMOVED_ANGLE = 0.05
+"""Change of the hinge angle up to which a hinge hardly moved [rad]."""
+
 STRICT_DISPLACEMENT_LIMIT = 0.05
 STRICT_TILT_LIMIT = 0.3
 """At every step the base must stay within this distance [m] and tilt [rad] of its start."""
@@ -49,6 +52,13 @@ class ArticulationOutcomes(Outcomes):
     def angle_error(self) -> NDArray[np.float64]:
         """|goal − final angle| [rad]."""
         return np.asarray(np.abs(self.goal_angle - self.final_angle))
+
+    @property
+    def cause(self) -> NDArray[np.str_]:
+        """How the hinge failed to open."""
+        moved = np.abs(self.final_angle - self.initial_angle) > UNMOVED_ANGLE
+        how = np.where(self.opened_once, "fell shut again", np.where(moved, "opened too little", "hardly moved"))
+        return np.where(self.failed, "physics", how)
 
 
 def paper_success(outcomes: ArticulationOutcomes) -> NDArray[np.bool_]:

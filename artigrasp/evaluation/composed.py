@@ -16,8 +16,13 @@ from artigrasp.environment.worlds import planned_worlds
 from artigrasp.errors import UserError
 from artigrasp.evaluation.experiment import Experiment, Metric, Outcomes, Trials
 from artigrasp.evaluation.grasping import REACHED_DISTANCE, REACHED_TURN
-from artigrasp.evaluation.sequences import object_indices, phase_outcomes, play_sequence, played_references
-from artigrasp.kernels.phases import FIRST_FAILURE, OUTCOMES
+from artigrasp.evaluation.sequences import (
+    first_failures,
+    object_indices,
+    phase_outcomes,
+    play_sequence,
+    played_references,
+)
 from artigrasp.references.reference import ReferenceSet
 from artigrasp.tasks.sequences import GRASP_THEN_ARTICULATE
 
@@ -59,6 +64,11 @@ class ComposedOutcomes(Outcomes):
     least_angle_error: NDArray[np.float64]
     failed_phase: NDArray[np.str_]
     """The first phase that failed, and how; empty if none did."""
+
+    @property
+    def cause(self) -> NDArray[np.str_]:
+        """What went wrong first."""
+        return np.where(self.failed, "physics", self.failed_phase)
 
     @property
     def angle_error(self) -> NDArray[np.float64]:
@@ -165,14 +175,6 @@ def run_trials(
         least_angle_error=summary["least_angle_error"],
         failed_phase=first_failures(phase_outcomes(environment)),
     )
-
-
-def first_failures(outcomes: Mapping[str, NDArray[np.str_]]) -> NDArray[np.str_]:
-    """The first phase of every world that failed, and how, such as ``"relocate: dropped"``; empty if none did."""
-    failures = OUTCOMES[FIRST_FAILURE:]
-    worlds = zip(*outcomes.values(), strict=True)
-    named = (zip(outcomes, world, strict=True) for world in worlds)
-    return np.array([next((f"{name}: {how}" for name, how in world if how in failures), "") for world in named])
 
 
 def _reached(outcomes: ComposedOutcomes, angle: float) -> NDArray[np.bool_]:

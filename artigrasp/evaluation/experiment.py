@@ -75,6 +75,11 @@ class Outcomes:
     first contact on."""
 
     @property
+    def cause(self) -> NDArray[np.str_]:
+        """What went wrong in a trial that did not succeed, empty where that is not known."""
+        return np.where(self.failed, "physics", "")
+
+    @property
     def base_auc(self) -> NDArray[np.float64]:
         """ADD-AUC of the base up to 0.1 m."""
         return area_under_curve(self.base_distance)

@@ -14,7 +14,13 @@ from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.search import Objective
 from artigrasp.environment.worlds import DRAW_GOAL, planned_worlds
 from artigrasp.evaluation.experiment import Experiment, Metric, Outcomes, Trials
-from artigrasp.evaluation.sequences import object_indices, phase_outcomes, play_sequence, played_references
+from artigrasp.evaluation.sequences import (
+    first_failures,
+    object_indices,
+    phase_outcomes,
+    play_sequence,
+    played_references,
+)
 from artigrasp.references.reference import ReferenceSet
 from artigrasp.tasks import sequences
 
@@ -52,6 +58,12 @@ class GraspOutcomes(Outcomes):
     """What became of the phase in which the hands grasp."""
     carry_outcome: NDArray[np.str_]
     """What became of the phase in which they carry."""
+
+    @property
+    def cause(self) -> NDArray[np.str_]:
+        """The first phase that failed, and how."""
+        phases = first_failures({"grasp": self.grasp_outcome, "relocate": self.carry_outcome})
+        return np.where(self.failed, "physics", phases)
 
 
 def paper_success(outcomes: GraspOutcomes) -> NDArray[np.bool_]:

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -55,6 +56,8 @@ def trial_columns(evaluation: Evaluation[Any]) -> dict[str, NDArray[Any]]:
     columns |= {name: values for name, values in evaluation.trials.targets.items() if name not in columns}
     columns |= {each.column: getattr(outcomes, each.column) for each in experiment.all_metrics}
     columns |= {f"success_{name}": success(outcomes) for name, success in experiment.criteria.items()}
+    if evaluation.found is not None:
+        columns["rollouts"] = evaluation.found.rollouts
     return columns
 
 
@@ -105,6 +108,7 @@ def metrics_table(evaluations: Sequence[Evaluation[Any]]) -> str:
     lines += ["", _quality_table(evaluations)]
     if len(first.objects) > 1:
         lines += ["", _object_table(evaluations)]
+    lines += ["", _cause_table(evaluations)]
     times = ", ".join(f"{each.label} {each.wall_time:.0f} s" for each in evaluations)
     settings = ", ".join(f"{key} {value}" for key, value in first.settings.items())
     return "\n".join([*lines, "", f"Time to measure: {times}.", "", f"Settings: {settings}.", ""])
@@ -147,6 +151,18 @@ def _object_table(evaluations: Sequence[Evaluation[Any]]) -> str:
     return markdown_table(["controller", experiment.success.label, *names], rows)
 
 
+def _cause_table(evaluations: Sequence[Evaluation[Any]]) -> str:
+    """What went wrong in the trials of every controller that are no success by the paper's criterion."""
+    rows = []
+    for evaluation in evaluations:
+        experiment, outcomes = evaluation.experiment, evaluation.outcomes
+        failed = outcomes.cause[~experiment.criteria["paper"](outcomes)]
+        causes = Counter(failed.tolist()).most_common()
+        named = ", ".join(f"{cause or 'no phase failed'} {count}" for cause, count in causes)
+        rows.append([evaluation.label, f"{len(failed)} of {len(outcomes)}", named])
+    return markdown_table(["controller", "no success (paper)", "of these, what failed first"], rows)
+
+
 def _rollout_lines(evaluations: Sequence[Evaluation[Any]]) -> list[str]:
     """Success of a search against the number of its rollouts, the first of which is what it searches around."""
     lines = []
@@ -155,7 +171,8 @@ def _rollout_lines(evaluations: Sequence[Evaluation[Any]]) -> list[str]:
             rates = evaluation.found.success.mean(axis=0)
             counts = [1 << power for power in range(len(rates).bit_length())]
             steps = ", ".join(f"{rates[count - 1]:.3f} with {count}" for count in counts if count <= len(rates))
-            lines.append(f"\nSuccess of {evaluation.controller} by rollouts: {steps}.")
+            used = evaluation.found.rollouts.mean()
+            lines.append(f"\nSuccess of {evaluation.controller} by rollouts: {steps}; {used:.1f} were used on average.")
     return lines
 
 

@@ -1,6 +1,6 @@
 """Playing trials, of one phase or a sequence of them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from artigrasp.environment.environment import Environment
 from artigrasp.environment.worlds import WorldPlan
 from artigrasp.evaluation.experiment import Trials
 from artigrasp.evaluation.quality import QualityRecorder
-from artigrasp.kernels.phases import OUTCOMES
+from artigrasp.kernels.phases import FIRST_FAILURE, OUTCOMES
 from artigrasp.references.reference import ReferenceSet
 
 
@@ -90,6 +90,14 @@ def phase_outcomes(environment: Environment) -> dict[str, NDArray[np.str_]]:
     """What became of every phase in every world, by the phase's name."""
     codes = environment.phase_outcome.numpy()
     return {phase.name: np.array(OUTCOMES)[codes[:, row]] for row, phase in enumerate(environment.phases)}
+
+
+def first_failures(outcomes: Mapping[str, NDArray[np.str_]]) -> NDArray[np.str_]:
+    """The first phase of every world that failed, and how, such as ``"relocate: dropped"``; empty if none did."""
+    failures = OUTCOMES[FIRST_FAILURE:]
+    worlds = zip(*outcomes.values(), strict=True)
+    named = (zip(outcomes, world, strict=True) for world in worlds)
+    return np.array([next((f"{name}: {how}" for name, how in world if how in failures), "") for world in named])
 
 
 def played_references(environment: Environment) -> dict[str, Any]:

@@ -11,8 +11,9 @@ from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.controller import pd_ik_controller
 from artigrasp.errors import UserError
 from artigrasp.evaluation import composed
-from artigrasp.evaluation.composed import COMPOSED, ComposedOutcomes, draw_pairs, first_failures
+from artigrasp.evaluation.composed import COMPOSED, ComposedOutcomes, draw_pairs
 from artigrasp.evaluation.evaluate import evaluate
+from artigrasp.evaluation.sequences import first_failures
 from artigrasp.references.reference import ReferenceSet, join_references
 from artigrasp.tasks import get_task
 from artigrasp.tasks.sequences import GRASP_THEN_ARTICULATE

@@ -32,6 +32,17 @@ def outcomes_of(count: int, **columns: Any) -> GraspOutcomes:
     return GraspOutcomes(**{name: np.resize(value, count) for name, value in (fields | columns).items()})
 
 
+def test_the_first_phase_that_failed_is_the_cause() -> None:
+    """Whatever else went wrong came of it; failed physics explains all."""
+    outcomes = outcomes_of(
+        4,
+        grasp_outcome=["not grasped", "done", "done", "done"],
+        carry_outcome=["dropped", "slipped", "done", "dropped"],
+        failed=[False, False, False, True],
+    )
+    assert outcomes.cause.tolist() == ["grasp: not grasped", "relocate: slipped", "", "physics"]
+
+
 def test_success_needs_height_and_in_the_strict_reading_the_target() -> None:
     """Lifted by more than 0.1 m; strictly, within 5 cm and 0.2 rad of the target; never with failed physics."""
     outcomes = outcomes_of(

@@ -121,6 +121,7 @@ def test_controllers_are_compared(evaluation: Evaluation[ArticulationOutcomes], 
     assert [cells["ArtiGrasp (paper)"][column] for column in (1, 4, 5)] == ["0.55", "0.57", "0.01"]
     assert len(rows) == 2 + 2 + 3, "every row has every column"
     assert "| policy | strict | 0.250 | 1.000 |" in lines and "| zero | paper | 0.000 | 0.000 |" in lines
+    assert "| zero | 6 of 6 | fell shut again 6 |" in lines
     assert any("policy minus zero, paired by reference: 0.667 [" in line for line in lines)
     assert any(line.startswith("Settings: base fixed, friction 3.0") for line in lines)
 
