@@ -115,6 +115,8 @@ class ActionSettings:
         squeeze: how far closed fingers are asked to flex beyond the reference, rad.
         press: how far a wrist is moved onto what it holds as the fingers close, m: towards the other hand if both take
             part, else to where its palm looks.
+        follow: share of what the base has moved away from where it should be that the reference moves along with the
+            priors hinge and schedule; with 1 it stays on the object, with 0 the object has to stay.
         lead: how far the prior hinge runs ahead of the hinge towards the goal, at most, rad.
         lead_start, lead_end: control steps between which the lead grows from zero to its full size, so that the hand
             arrives and closes before it pulls; with the prior schedule those between which the angle is raised from
@@ -138,6 +140,7 @@ class ActionSettings:
     open_fraction: float
     squeeze: float
     press: float
+    follow: float
     lead: float
     lead_start: float
     lead_end: float
@@ -186,7 +189,10 @@ def wrist_reference(
     hand: int,
 ) -> wp.transform:
     """The reference wrist frame in the world, with its synergies, on the part as it is or a little ahead."""
+    base = object_state.pose[world]
     angle = object_state.hinge_q[world]
+    if settings.wrist_prior == _HINGE or settings.wrist_prior == _SCHEDULE:
+        base = blend_poses(goal.object_pose[world], base, settings.follow)
     if settings.wrist_prior == _HINGE:
         lead = wp.max(settings.lead + settings.synergy_scale[_LEAD] * synergy[world, hand, _LEAD], 0.0)
         lead = lead * fraction_between(now, settings.lead_start, settings.lead_end)
@@ -199,7 +205,7 @@ def wrist_reference(
         shift[axis] = settings.synergy_scale[axis] * synergy[world, hand, axis]
         turn[axis] = settings.synergy_scale[3 + axis] * synergy[world, hand, 3 + axis]
     wrist_in_part = offset_pose(goal.wrist_pose_in_part[world, hand], shift, turn)
-    return manipulated_part_pose_at(object_state, object_model, goal, world, hand, angle) * wrist_in_part
+    return manipulated_part_pose_at(base, object_model, goal, world, hand, angle) * wrist_in_part
 
 
 @wp.func

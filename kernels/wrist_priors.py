@@ -4,7 +4,7 @@ import warp as wp
 
 from .kinematics import part_pose
 from .rotations import quat_to_rotation_vector, rotation_vector_to_quat
-from .states import Goal, ObjectModel, ObjectState, PhaseState
+from .states import Goal, ObjectModel, PhaseState
 
 wp.set_module_options({"enable_backward": False})
 
@@ -120,11 +120,11 @@ def planned_object_pose(
 
 @wp.func
 def manipulated_part_pose_at(
-    object_state: ObjectState, object_model: ObjectModel, goal: Goal, world: int, hand: int, angle: float
+    base: wp.transform, object_model: ObjectModel, goal: Goal, world: int, hand: int, angle: float
 ) -> wp.transform:
-    """Frame of the part that a hand manipulates, if the hinge were at an angle [rad]."""
+    """Frame of the part that a hand manipulates, if the base and the hinge [rad] were there."""
     return part_pose(
-        object_state.pose[world],
+        base,
         object_model.hinge_origin[world],
         object_model.hinge_axis[world],
         angle,

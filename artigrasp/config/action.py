@@ -95,6 +95,9 @@ class ActionConfig:
     press: float = 0.0
     """How far the wrists move onto the object as the fingers close [m]: towards each other if both hands take part,
     else to where the palm looks."""
+    follow: float = 1.0
+    """Share of what the object has moved away from where it should be that the references of the wrist priors "hinge"
+    and "schedule" move along; with 0 hands do not run after an object that they push."""
     carry_speed: float = 0.2
     """Mean speed at which the wrist prior "transport" carries the object [m/s]."""
     carry_turn_speed: float = 0.4
@@ -106,7 +109,7 @@ class ActionConfig:
 
     def __post_init__(self) -> None:
         require_not_negative(self, "hinge_lead", "lead_start", "approach_steps", "close_start")
-        require_not_negative(self, "squeeze", "press", "approach_arc", "carry_feedback", "retreat_distance")
+        require_not_negative(self, "squeeze", "press", "approach_arc", "follow", "carry_feedback", "retreat_distance")
         require_positive(self, "carry_speed", "carry_turn_speed")
         for name in ("close", "lead"):
             start, end = getattr(self, f"{name}_start"), getattr(self, f"{name}_end")

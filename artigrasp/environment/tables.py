@@ -165,7 +165,7 @@ def action_settings(config: ActionConfig, reset: ResetConfig, control_dt: float)
     settings.approach_steps, settings.approach_arc = config.approach_steps, config.approach_arc
     settings.close_start, settings.close_end = config.close_start, config.close_end
     settings.open_fraction = reset.open_fraction
-    settings.squeeze, settings.press = config.squeeze, config.press
+    settings.squeeze, settings.press, settings.follow = config.squeeze, config.press, config.follow
     settings.lead = config.hinge_lead
     settings.lead_start, settings.lead_end = config.lead_start, config.lead_end
     settings.speed = config.carry_speed * control_dt
