@@ -126,7 +126,8 @@ class ActionSettings:
         retreat_distance: of the prior retreat, m.
         pregrasp_distance, idle_distance: from the reference where the prior transit ends, m, for hands that take part
             and those that do not.
-        wrist_clearance: least height of the wrist over the table with the priors retreat and transit, m.
+        wrist_clearance, idle_clearance: least height of the wrist over the table with the priors retreat and transit,
+            m; the second where hands wait.
         synergy_scale: m or rad per unit of each of `SYNERGIES`, zero for those that are not in use.
         residual_scale: m, rad and rad per unit of the residual of each of `DOF_GROUPS`.
     """
@@ -151,19 +152,20 @@ class ActionSettings:
     pregrasp_distance: float
     idle_distance: float
     wrist_clearance: float
+    idle_clearance: float
     synergy_scale: SynergyScale
     residual_scale: wp.vec3
 
 
 @wp.func
-def closed_fraction(settings: ActionSettings, now: float, active: int) -> float:
+def closed_fraction(settings: ActionSettings, now: float, engaged: int) -> float:
     """How far the fingers of a hand should be closed, from 0, which is open, to 1."""
     closed = fraction_between(now, settings.close_start, settings.close_end)
     if settings.finger_prior == _CLOSED:
         closed = 1.0
     elif settings.finger_prior == _OPENING:
         closed = 1.0 - closed
-    return wp.where(active != 0, closed, 0.0)
+    return wp.where(engaged != 0, closed, 0.0)
 
 
 @wp.func
@@ -228,15 +230,17 @@ def wrist_prior(
     if settings.wrist_prior == _TRANSPORT:
         plan = planned_object_pose(phase, goal, world, now, settings.speed, settings.turn_speed)
         held = wp.transform_inverse(phase.start_object_pose[world]) * start
-        if goal.active[world, hand] != 0:
+        if goal.engaged[world, hand] != 0:
             held = wp.transform_inverse(object_state.pose[world]) * reference
         target = plan * held
         target = correct_pose(target, object_state.pose[world], plan, settings.feedback)
     elif settings.wrist_prior == _TRANSIT:
-        distance = wp.where(goal.active[world, hand] != 0, settings.pregrasp_distance, settings.idle_distance)
-        end = move_away(reference, origin, distance, settings.wrist_clearance)
+        engaged = goal.engaged[world, hand] != 0
+        distance = wp.where(engaged, settings.pregrasp_distance, settings.idle_distance)
+        clearance = wp.where(engaged, settings.wrist_clearance, settings.idle_clearance)
+        end = move_away(reference, origin, distance, clearance)
         target = move_around(start, end, origin, smooth_step(now, settings.approach_steps), settings.wrist_clearance)
-    elif goal.active[world, hand] != 0:
+    elif goal.engaged[world, hand] != 0:
         if settings.wrist_prior == _RETREAT:
             start_origin = wp.transform_get_translation(phase.start_object_pose[world])
             distance = settings.retreat_distance * smooth_step(now, settings.approach_steps)
@@ -268,7 +272,7 @@ def pd_targets(
     """PD targets of every hand; launch with ``dim=(W, H)``.
 
     The wrist target is relative to the hand base, its angles are the ones nearest to the current ones, and all are
-    clamped to the goal's effective limits. A hand that takes no part stays where it began the phase, unless the prior
+    clamped to the goal's effective limits. A hand that is not engaged stays where it began the phase, unless the prior
     carries it along with the object or takes it to where it waits.
 
     Args:
@@ -283,11 +287,11 @@ def pd_targets(
     world, hand = wp.tid()
     settings = phase_settings[phase.index[world]]
     now = float(phase.step[world])
-    active = goal.active[world, hand]
+    active, engaged = goal.active[world, hand], goal.engaged[world, hand]
     finger_dof_count = goal.finger_angles.shape[2]
 
     reference = wrist_reference(hand_state, object_state, object_model, goal, settings, now, synergy, world, hand)
-    closed = closed_fraction(settings, now, active)
+    closed = closed_fraction(settings, now, engaged)
     wrist = wrist_prior(reference, hand_state, object_state, goal, phase, settings, hand_back, now, world, hand)
     press = settings.press + settings.synergy_scale[_PRESS] * synergy[world, hand, _PRESS]
     wrist = shift_pose(wrist, closed * press * press_direction(hand_state, goal, wrist, world, hand))
@@ -298,7 +302,7 @@ def pd_targets(
     )
     wrist_translation = wp.transform_get_translation(wrist_in_base)
     wrist_angles = quat_to_euler_xyz_near(wp.transform_get_rotation(wrist_in_base), current_angles)
-    if active != 0 and settings.wrist_prior == _REFERENCE:
+    if engaged != 0 and settings.wrist_prior == _REFERENCE:
         wrist_angles = current_angles
     for axis in range(3):
         target[world, hand, axis] = wrist_translation[axis]
@@ -306,7 +310,7 @@ def pd_targets(
 
     for finger_dof in range(finger_dof_count):
         dof = _WRIST_DOF_COUNT + finger_dof
-        if active != 0 and settings.finger_prior == _CURRENT:
+        if engaged != 0 and settings.finger_prior == _CURRENT:
             target[world, hand, dof] = hand_state.joint_q[world, hand, dof]
         else:
             fraction = wp.lerp(settings.open_fraction, 1.0, closed)

@@ -35,6 +35,7 @@ class PhaseTable:
         least_steps, most_steps: [P] int, control steps after which a phase may end and must end.
         carries: [P] int, 1 where the hands take the object to its goal, 0 where it should stay.
         lift: [P] height over the target where the object is carried to, m.
+        steadies: [P] int, 1 where hands that take no part hold the base where their reference has them on it.
         opens: [P] int, 1 where the hinge should go to its target, 0 where it should stay as it was at the start.
         decides: [P] int, 1 where decisions count anew.
         retry_from: [P] int, the phase to go back to after a failure, -1 for none; where the object is carried, after it
@@ -48,6 +49,7 @@ class PhaseTable:
     most_steps: wp.array[int]
     carries: wp.array[int]
     lift: wp.array[float]
+    steadies: wp.array[int]
     opens: wp.array[int]
     decides: wp.array[int]
     retry_from: wp.array[int]
@@ -209,8 +211,10 @@ def reset_outcomes(world_mask: wp.array[int], outcome: wp.array2d[int]):
 
 
 @wp.kernel
-def set_object_goal(
+def set_phase_goal(
     world_mask: wp.array[int],
+    references: ReferenceTable,
+    reference_index: wp.array[int],
     table: PhaseTable,
     object_state: ObjectState,
     phase: PhaseState,
@@ -219,12 +223,14 @@ def set_object_goal(
     stiffness: wp.array3d[float],
     damping: wp.array3d[float],
 ):
-    """What the phase that begins asks of the object, and its gains; launch with ``dim=W``.
+    """What the phase that begins asks of the object, who helps, and its gains; launch with ``dim=W``.
 
     Args:
         world_mask: [W] int, 1 where a phase begins.
+        references: the references.
+        reference_index: [W] int, the one that is played.
         table, object_state, phase: inputs.
-        goal: output: ``angle`` and ``object_pose``.
+        goal: output: ``angle``, ``object_pose`` and ``engaged``.
         stiffness, damping: [W, H, 3] outputs.
     """
     world = wp.tid()
@@ -237,6 +243,8 @@ def set_object_goal(
         asked = wp.transform(wp.vec3(0.0, 0.0, table.lift[index]), wp.quat_identity()) * goal.target_object_pose[world]
     goal.object_pose[world] = asked
     for hand in range(stiffness.shape[1]):
+        steadies = table.steadies[index] * references.steadies[reference_index[world], hand]
+        goal.engaged[world, hand] = wp.max(goal.active[world, hand], steadies)
         for group in range(stiffness.shape[2]):
             stiffness[world, hand, group] = table.stiffness[index, group]
             damping[world, hand, group] = table.damping[index, group]
@@ -269,7 +277,7 @@ def begin_phases(
         table, limits, hand_model, object_state: inputs.
         reference_index: [W] int output, the reference that is played.
         hand_state: in and out.
-        goal, phase: outputs; what is asked of the object is left to `set_object_goal`.
+        goal, phase: outputs; what is asked of the object is left to `set_phase_goal`.
     """
     world = wp.tid()
     if begins[world] == 0:

@@ -21,6 +21,7 @@ class ReferenceTable:
     Attributes:
         articulate: [R] int, 1 for articulation, 0 for grasping.
         active: [R, H] int, 1 where the hand takes part.
+        steadies: [R, H] int, 1 where a hand that takes no part holds the base in its reference pose.
         part: [R, H] int, the part that the hand manipulates.
         wrist_pose_in_part: [R, H] wrist frame in that part's frame.
         finger_angles: [R, H, 45] rad.
@@ -31,6 +32,7 @@ class ReferenceTable:
 
     articulate: wp.array[int]
     active: wp.array2d[int]
+    steadies: wp.array2d[int]
     part: wp.array2d[int]
     wrist_pose_in_part: wp.array2d[wp.transform]
     finger_angles: wp.array3d[float]
@@ -46,7 +48,8 @@ class ResetSettings:
     Attributes:
         pregrasp_distance: from the reference, away from the base frame's origin, m.
         idle_distance: the same for hands that take no part, m.
-        wrist_clearance: least height of the wrist over the support plane, m.
+        wrist_clearance, idle_clearance: least height of the wrist over the support plane, m, for hands that take part
+            and those that do not.
         open_fraction: fraction of the reference's finger angles at the start.
         position_noise: largest offset of each wrist translation, m.
         angle_noise: largest offset of each wrist rotation and finger angle, rad.
@@ -59,6 +62,7 @@ class ResetSettings:
     pregrasp_distance: float
     idle_distance: float
     wrist_clearance: float
+    idle_clearance: float
     open_fraction: float
     position_noise: float
     angle_noise: float
@@ -152,7 +156,7 @@ def reset_worlds(
         references, settings, hand_model, object_model: inputs.
         hand_state, object_state, goal, phase: outputs. Velocities and contact forces become zero; ``link_pose`` and
             ``keypoint`` are left to `forward_kinematics`. The first phase begins; what it asks of the object is left
-            to `set_object_goal`.
+            to `set_phase_goal`.
     """
     world = wp.tid()
     if world_mask[world] == 0:
@@ -205,11 +209,11 @@ def reset_worlds(
             for part in range(hand_state.contact_force.shape[3]):
                 hand_state.contact_force[world, hand, link, part] = wp.vec3()
 
-        distance = wp.where(references.active[reference, hand] != 0, settings.pregrasp_distance, settings.idle_distance)
+        active = references.active[reference, hand] != 0
+        distance = wp.where(active, settings.pregrasp_distance, settings.idle_distance)
+        clearance = wp.where(active, settings.wrist_clearance, settings.idle_clearance)
         part_frame = part_pose(object_pose, hinge_origin, hinge_axis, start_angle, references.part[reference, hand])
-        base = move_away(
-            part_frame * wrist_in_part, wp.transform_get_translation(object_pose), distance, settings.wrist_clearance
-        )
+        base = move_away(part_frame * wrist_in_part, wp.transform_get_translation(object_pose), distance, clearance)
         hand_state.hand_base[world, hand] = base
         position_noise = settings.position_noise * wp.vec3(
             wp.randf(random, -1.0, 1.0), wp.randf(random, -1.0, 1.0), wp.randf(random, -1.0, 1.0)

@@ -18,13 +18,13 @@ GRASP = PhaseConfig(
     name="grasp",
     skill="grasp",
     aim="grasp",
-    least_steps=130,
-    most_steps=200,
+    least_steps=150,
+    most_steps=220,
     opens=False,
-    action=replace(_REACH, approach_arc=0.05, close_end=90, press=0.02),
+    action=replace(_REACH, approach_arc=0.05, close_start=60, close_end=110, follow=0.0, press=0.02),
     gains=SOFT_FINGERS,
 )
-"""Both hands close on the object until it rests in them."""
+"""Both hands go to where the object stands and then close on it, until it rests in them."""
 
 RELOCATE = PhaseConfig(
     name="relocate",
@@ -61,21 +61,33 @@ PUT_DOWN = replace(
 
 RELEASE = PhaseConfig(
     name="release",
+    most_steps=40,
+    opens=False,
+    action=ActionConfig(
+        wrist_prior="retreat", finger_prior="opening", residual=None, retreat_distance=0.0, close_start=0, close_end=30
+    ),
+    gains=SOFT_FINGERS,
+)
+"""The fingers open."""
+
+RETREAT = PhaseConfig(
+    name="retreat",
     aim="hands",
     least_steps=80,
     most_steps=120,
     opens=False,
     action=ActionConfig(
-        wrist_prior="retreat", finger_prior="opening", residual=None, approach_steps=80, close_start=0, close_end=30
+        wrist_prior="retreat", finger_prior="opening", residual=None, approach_steps=80, close_start=0, close_end=0
     ),
     gains=SOFT_FINGERS,
 )
-"""The fingers open, and the hands back off along the direction in which the object sees them."""
+"""The hands back off along the direction in which the object sees them."""
 
 TRANSIT = PhaseConfig(
     name="transit",
     reference="second",
     aim="hands",
+    steadies=True,
     least_steps=120,
     most_steps=180,
     opens=False,
@@ -92,9 +104,10 @@ ARTICULATE = PhaseConfig(
     reference="second",
     aim="hinge",
     most_steps=300,
+    steadies=True,
     action=replace(_REACH, close_end=70),
 )
-"""One hand opens the object to its target angle."""
+"""One hand opens the object to its target angle; the other holds the base if it does so in the reference."""
 
 GRASPING = (GRASP, RELOCATE, HOLD)
 """Grasp the object and take it to a target in the air."""
@@ -104,6 +117,7 @@ GRASP_THEN_ARTICULATE = (
     replace(RELOCATE, lift=LIFT),
     PUT_DOWN,
     RELEASE,
+    RETREAT,
     TRANSIT,
     replace(ARTICULATE, retry_from="transit"),
 )
@@ -111,8 +125,8 @@ GRASP_THEN_ARTICULATE = (
 
 ARTICULATE_THEN_GRASP = (
     replace(ARTICULATE, reference="first"),
-    replace(RELEASE, opens=True),
-    replace(TRANSIT, opens=True),
+    *(replace(phase, steadies=True, opens=True) for phase in (RELEASE, RETREAT)),
+    replace(TRANSIT, steadies=False, opens=True),
     *(
         replace(phase, reference="second", opens=True)
         for phase in (GRASP, replace(RELOCATE, lift=LIFT), PUT_DOWN, HOLD)

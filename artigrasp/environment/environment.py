@@ -28,8 +28,9 @@ from artigrasp.kernels import (
     states,
     torques,
 )
-from artigrasp.kernels.layout import DOF_COUNT, FEATURE_COUNT
+from artigrasp.kernels.layout import DOF_COUNT, FEATURE_COUNT, HANDS
 from artigrasp.references.reference import ReferenceSet
+from artigrasp.references.steadying import steadying_hands
 from artigrasp.simulation.backend import make_simulation
 from artigrasp.simulation.scene import Scene
 
@@ -195,7 +196,7 @@ class Environment:
             [self.state.hands, self.state.objects, self.goal, self.phase],
         )  # fmt: skip
         self._launch(phases.reset_outcomes, self.world_count, [world_mask], [self.phase_outcome])
-        self._set_object_goal(world_mask)
+        self._set_phase_goal(world_mask)
         self.simulation.write_state(world_mask)
         self._forward_kinematics.launch()
         self._launch(metrics.reset_metrics, self.world_count, [world_mask, self.goal], [self.metrics])
@@ -241,8 +242,6 @@ class Environment:
     def _change_phases(self) -> None:
         """End phases that are over and begin the next ones."""
         self._advance_phases.launch()
-        if not self._begins.numpy().any():
-            return
         self._launch(
             phases.begin_phases,
             self.world_count,
@@ -252,16 +251,18 @@ class Environment:
             ],
             [self.reference_index, self.state.hands, self.goal, self.phase],
         )  # fmt: skip
-        self._set_object_goal(self._begins)
+        self._set_phase_goal(self._begins)
         self.simulation.write_state(self._begins)
 
-    def _set_object_goal(self, world_mask: wp.array) -> None:
+    def _set_phase_goal(self, world_mask: wp.array) -> None:
         self._launch(
-            phases.set_object_goal,
+            phases.set_phase_goal,
             self.world_count,
-            [world_mask, self._phase_table, self.state.objects, self.phase],
+            [
+                world_mask, self._references, self.reference_index, self._phase_table, self.state.objects, self.phase,
+            ],
             [self.goal, self.stiffness, self.damping],
-        )
+        )  # fmt: skip
 
     @property
     def is_over(self) -> bool:
@@ -324,7 +325,11 @@ class Environment:
         worlds, hands = self.world_count, self.hand_count
         self._hand_model = tables.hand_table(self.hands, device)
         standing = [tables.stand_on_stage(each, task.stage) for each in (*self.references, *self.bystanders)]
-        self._references = tables.reference_table(standing, task.hands, device)
+        steadying = None
+        if any(each.steadies for each in self.phases):
+            steadying = [steadying_hands(*each) for each in zip(self.references, self.objects, strict=True)]
+            steadying += [np.zeros((len(each), len(HANDS)), bool) for each in self.bystanders]
+        self._references = tables.reference_table(standing, task.hands, device, steadying)
         self._reset_settings = tables.reset_settings(task.reset, self._noise)
         self._phase_settings = tables.phase_settings(self.phases, task.reset, task.control_dt, device)
         self._phase_table = tables.phase_table(self.phases, device)

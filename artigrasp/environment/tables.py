@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.object import ObjectModel
@@ -25,8 +26,9 @@ from artigrasp.kernels import actions, metrics, outcomes, phases, resets, reward
 from artigrasp.kernels.layout import ARTICULATED, DOF_COUNT, HANDS
 from artigrasp.references.reference import ReferenceSet
 
-WRIST_CLEARANCE = 0.02
-"""Least height of a wrist over the table at the start [m]."""
+WRIST_CLEARANCE, IDLE_CLEARANCE = 0.02, 0.2
+"""Least height of a wrist over the table at the start [m], of hands that take part and those that wait: as high as
+a hand is long, for they may point down."""
 
 RUNAWAY_SPEED = 500.0
 """Speed of a joint or the object at which the physics of a world counts as failed [rad/s, m/s]."""
@@ -85,8 +87,20 @@ def stand_on_stage(references: ReferenceSet, stage: StageConfig | None) -> Refer
     return replace(references, object_pose=pose)
 
 
-def reference_table(references: Sequence[ReferenceSet], sides: Sequence[str], device: str) -> resets.ReferenceTable:
-    """All references, one set after the other, cut down to the scene's hands."""
+def reference_table(
+    references: Sequence[ReferenceSet],
+    sides: Sequence[str],
+    device: str,
+    steadying: Sequence[NDArray[np.bool_]] | None = None,
+) -> resets.ReferenceTable:
+    """All references, one set after the other, cut down to the scene's hands.
+
+    Args:
+        references: The sets.
+        sides: Sides of the hands.
+        device: Warp device.
+        steadying: Which hands steady the object in the references of each set, shape [R, 2]; none by default.
+    """
     columns = [HANDS.index(side) for side in sides]
 
     def gather(name: str, dtype: object, per_hand: bool = True) -> wp.array:
@@ -99,6 +113,9 @@ def reference_table(references: Sequence[ReferenceSet], sides: Sequence[str], de
     kind = np.concatenate([each.kind for each in references])
     table.articulate = wp.array((kind == "articulate").astype(np.int32), dtype=int, device=device)
     table.active = gather("active", int)
+    table.steadies = wp.zeros_like(table.active)
+    if steadying is not None:
+        table.steadies.assign(np.concatenate(steadying)[:, columns].astype(np.int32))
     table.part = gather("part", int)
     table.wrist_pose_in_part = gather("wrist_pose_in_part", wp.transform)
     table.finger_angles = gather("finger_angles", float)
@@ -113,7 +130,7 @@ def reset_settings(config: ResetConfig, noise: bool) -> resets.ResetSettings:
     settings = resets.ResetSettings()
     settings.pregrasp_distance = config.pregrasp_distance
     settings.idle_distance = config.idle_distance
-    settings.wrist_clearance = WRIST_CLEARANCE
+    settings.wrist_clearance, settings.idle_clearance = WRIST_CLEARANCE, IDLE_CLEARANCE
     settings.open_fraction = config.open_fraction
     settings.position_noise = config.position_noise if noise else 0.0
     settings.angle_noise = config.angle_noise if noise else 0.0
@@ -173,7 +190,7 @@ def action_settings(config: ActionConfig, reset: ResetConfig, control_dt: float)
     settings.feedback = config.carry_feedback
     settings.retreat_distance = config.retreat_distance
     settings.pregrasp_distance, settings.idle_distance = reset.pregrasp_distance, reset.idle_distance
-    settings.wrist_clearance = WRIST_CLEARANCE
+    settings.wrist_clearance, settings.idle_clearance = WRIST_CLEARANCE, IDLE_CLEARANCE
     if config.synergy is not None:
         settings.synergy_scale = actions.SynergyScale(*synergy_scales(config.synergy).values())
     if config.residual is not None:
@@ -225,6 +242,7 @@ def phase_table(configs: Sequence[PhaseConfig], device: str) -> phases.PhaseTabl
         "most_steps": (int, [each.most_steps for each in configs]),
         "carries": (int, [int(each.carries) for each in configs]),
         "lift": (float, [each.lift for each in configs]),
+        "steadies": (int, [int(each.steadies) for each in configs]),
         "opens": (int, [int(each.opens) for each in configs]),
         "decides": (int, [int(each.decides) for each in configs]),
         "retry_from": (int, [-1 if each.retry_from is None else names.index(each.retry_from) for each in configs]),

@@ -42,6 +42,13 @@ class Sample:
     target_object_pose: Array
     start_object_pose: Array
     start_angle: Array
+    steadies: np.int32 = np.int32(0)
+    """Whether hands that take no part steady the base."""
+
+    @property
+    def engaged(self) -> NDArray[np.int32]:
+        """Hands that do not wait."""
+        return np.maximum(self.active, self.steadies)
 
     @property
     def world_count(self) -> int:

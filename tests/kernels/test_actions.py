@@ -40,6 +40,7 @@ def settings(wrist_prior: str, finger_prior: str, **changes: float) -> ActionSet
         "close_start": 30.0,
         "close_end": 70.0,
         "open_fraction": 0.3,
+        "follow": 1.0,
         "lead": LEAD,
         "synergy_scale": SynergyScale(*[0.015] * 3, *[0.15] * 3, 0.3, *[0.2] * 4, 0.15, 0.1, 0.02),
         "residual_scale": wp.vec3(0.001, 0.01, 0.015),
@@ -290,6 +291,33 @@ def test_idle_hands_hold_still(sample: Sample, prior: dict[str, str]) -> None:
     np.testing.assert_allclose(target[..., 6:], 0.3 * sample.finger_angles, atol=1e-6)
 
 
+def test_hands_that_steady_do_as_those_that_take_part(sample: Sample) -> None:
+    """They go to their reference and close, but decisions are not for them."""
+    taking_part = replace(sample, active=np.ones_like(sample.active))
+    steadying = replace(sample, active=np.zeros_like(sample.active), steadies=1)
+    np.testing.assert_array_equal(targets(steadying, HINGE), targets(taking_part, HINGE))
+    residual = np.random.default_rng(0).normal(size=sample.joint_q.shape)
+    np.testing.assert_array_equal(targets(steadying, HINGE, residual=residual), targets(steadying, HINGE))
+
+
+def test_hands_do_not_follow_an_object_that_they_push(sample: Sample) -> None:
+    """The reference moves along by a share of what the object has moved from where it should be."""
+    sample = replace(sample, active=np.ones_like(sample.active))
+    there = replace(sample, pose=sample.object_pose)
+    still = wrist_at(sample, targets(sample, HINGE, follow=0.0))
+    assert_frames_agree(still, wrist_at(there, targets(there, HINGE)))
+    half = wrist_at(sample, targets(sample, HINGE, follow=0.5))
+    between = replace(sample, pose=halfway(sample.object_pose, sample.pose))
+    assert_frames_agree(half, wrist_at(between, targets(between, HINGE)))
+
+
+def halfway(start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """[W, 7] poses midway between two, along a straight line and the shortest turn."""
+    first, last = (Rotation.from_quat(each[:, 3:]) for each in (start, end))
+    turn = Rotation.from_rotvec(0.5 * (last * first.inv()).as_rotvec()) * first
+    return np.concatenate([0.5 * (start + end)[:, :3], turn.as_quat()], axis=1)
+
+
 def test_both_parts_occur(sample: Sample) -> None:
     """The random states cover hands on the base and on the articulated part."""
     assert 0.3 < (sample.part == ARTICULATED).mean() < 0.7
@@ -364,7 +392,7 @@ def test_transit_leads_around_the_object(sample: Sample) -> None:
     rotation, reference = reference_wrist(sample, sample.hinge_q)
     outward = (reference - origin) / np.linalg.norm(reference - origin, axis=-1, keepdims=True)
     end = reference + np.where(sample.active[..., None] == 1, 0.1, 0.3) * outward
-    distances = {"pregrasp_distance": 0.1, "idle_distance": 0.3, "wrist_clearance": -9.0}
+    distances = {"pregrasp_distance": 0.1, "idle_distance": 0.3, "wrist_clearance": -9.0, "idle_clearance": -9.0}
     arrived = wrist_at(sample, targets(sample, TRANSIT, **distances))
     assert_frames_agree(arrived, (rotation, end))
     begun = wrist_at(sample, targets(sample, TRANSIT, step=0, **distances))
@@ -373,6 +401,10 @@ def test_transit_leads_around_the_object(sample: Sample) -> None:
     for step in range(5, 60, 5):
         position = wrist_at(sample, targets(sample, TRANSIT, step=step, **distances))[1]
         assert (np.linalg.norm(position - origin, axis=-1) > nearest - 1e-4).all()
+    high = wrist_at(sample, targets(sample, TRANSIT, **distances | {"idle_clearance": 0.2}))[1]
+    np.testing.assert_allclose(
+        high[..., 2], np.where(sample.active == 1, end[..., 2], np.maximum(end[..., 2], 0.2)), atol=1e-5
+    )
     # to the opposite side, it goes over the top
     opposite = replace(sample, hand_base=np.concatenate([2 * origin - end, sample.hand_base[..., 3:]], axis=-1))
     highest = wrist_at(opposite, targets(opposite, TRANSIT, step=30, **distances))[1]

@@ -11,7 +11,7 @@ from artigrasp.config import PDGain, PDGains, PhaseConfig
 from artigrasp.environment.tables import phase_limits, phase_table
 from artigrasp.kernels import states
 from artigrasp.kernels.layout import DOF_COUNT
-from artigrasp.kernels.phases import OUTCOMES, advance_phases, begin_phases, reset_outcomes, set_object_goal
+from artigrasp.kernels.phases import OUTCOMES, advance_phases, begin_phases, reset_outcomes, set_phase_goal
 from tests.kernels import numpy_reference
 from tests.kernels.samples import random_poses
 from tests.kernels.test_resets import REFERENCE_COUNT, WORLD_COUNT, Worlds
@@ -193,9 +193,9 @@ def test_hands_that_hold_an_object_do_not_try_again() -> None:
 
 
 def test_a_phase_asks_for_its_part_of_the_target() -> None:
-    """Carried: to the target, lifted; standing: to stay. The hinge as it was, or to its target. Gains by phase."""
+    """Carried: to the target, lifted; standing: to stay. The hinge as it was, or to its target. Helpers, gains."""
     stiff = PDGains(PDGain(500.0, 30.0), PDGain(40.0, 1.0), PDGain(10.0, 0.5))
-    table = phase_table([GRASP, PhaseConfig("carry", 9, carries=True, lift=0.1, gains=stiff)], "cpu")
+    table = phase_table([GRASP, PhaseConfig("carry", 9, carries=True, lift=0.1, steadies=True, gains=stiff)], "cpu")
     rng = np.random.default_rng(0)
     worlds, goal, phase, objects = 6, states.goal(6, 2), states.phase_state(6), states.object_state(6)
     index, mask = np.arange(worlds) % 2, np.arange(worlds) < 4
@@ -205,11 +205,15 @@ def test_a_phase_asks_for_its_part_of_the_target() -> None:
     goal.target_angle.fill_(1.5)
     goal.start_angle.fill_(0.25)
     gains = [wp.zeros((worlds, 2, 3), dtype=float) for _ in range(2)]
-    inputs = [wp.array(mask, dtype=int), table, objects, phase]
-    wp.launch(set_object_goal, dim=worlds, inputs=inputs, outputs=[goal, *gains])
+    references = Worlds().table
+    references.steadies.assign(np.tile([1, 0], (REFERENCE_COUNT, 1)))
+    goal.active.assign(np.tile([0, 1], (worlds, 1)))
+    inputs = [wp.array(mask, dtype=int), references, wp.zeros(worlds, dtype=int), table, objects, phase]
+    wp.launch(set_phase_goal, dim=worlds, inputs=inputs, outputs=[goal, *gains])
     asked = np.where(index[:, None] == 1, target + np.eye(7)[2] * 0.1, pose)
     np.testing.assert_allclose(goal.object_pose.numpy()[mask], asked[mask], atol=1e-6)
     np.testing.assert_array_equal(goal.angle.numpy()[mask], np.where(index == 1, 1.5, 0.25)[mask])
+    np.testing.assert_array_equal(goal.engaged.numpy()[:4], [[0, 1], [1, 1]] * 2)
     stiffness, damping = (each.numpy() for each in gains)
     np.testing.assert_allclose(stiffness[1], [[500.0, 40.0, 10.0]] * 2)
     np.testing.assert_allclose(damping[1], [[30.0, 1.0, 0.5]] * 2)

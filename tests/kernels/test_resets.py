@@ -18,6 +18,7 @@ SETTINGS = {
     "pregrasp_distance": 0.1,
     "idle_distance": 0.3,
     "wrist_clearance": 0.02,
+    "idle_clearance": 0.2,
     "open_fraction": 0.3,
     "position_noise": 0.02,
     "angle_noise": 0.05,
@@ -35,6 +36,7 @@ class References:
 
     articulate: np.ndarray
     active: np.ndarray
+    steadies: np.ndarray
     part: np.ndarray
     wrist_pose_in_part: np.ndarray
     finger_angles: np.ndarray
@@ -63,6 +65,7 @@ class Worlds:
         self.references = References(
             articulate=rng.integers(0, 2, REFERENCE_COUNT),
             active=rng.integers(0, 2, hands),
+            steadies=np.zeros(hands, int),
             part=rng.integers(0, 2, hands),
             wrist_pose_in_part=random_poses(rng, *hands, spread=0.3).astype(np.float32).astype(float),
             finger_angles=rng.uniform(-1.0, 1.0, (*hands, 45)).astype(np.float32).astype(float),
@@ -142,13 +145,14 @@ def worlds() -> Worlds:
 
 
 def test_hands_start_back_from_the_reference(worlds: Worlds) -> None:
-    """10 cm (idle: 30 cm) away from the object's origin, turned as the reference, never under the table."""
+    """10 cm (idle: 30 cm) away from the object's origin, turned as the reference, over the table, idle ones higher."""
     rotation, position = worlds.reference_wrist()
     outward = position - worlds.of_world("object_pose")[:, None, :3]
     outward /= np.linalg.norm(outward, axis=-1, keepdims=True)
-    expected = position + np.where(worlds.of_world("active") == 1, 0.1, 0.3)[..., None] * outward
-    assert (expected[..., 2] < 0.02).any()
-    expected[..., 2] = np.maximum(expected[..., 2], 0.02)
+    active = worlds.of_world("active") == 1
+    expected = position + np.where(active, 0.1, 0.3)[..., None] * outward
+    assert (expected[..., 2] < 0.02).any() and (expected[~active, 2] < 0.2).any()
+    expected[..., 2] = np.maximum(expected[..., 2], np.where(active, 0.02, 0.2))
     found = numpy_reference.frame(worlds.hands.hand_base.numpy())
     np.testing.assert_allclose(found[1], expected, atol=1e-5)
     np.testing.assert_allclose(found[0], rotation, atol=1e-5)
@@ -163,8 +167,9 @@ def test_a_wrist_at_the_object_origin_goes_up() -> None:
     worlds.table.part.zero_()
     base = worlds.reset().hands.hand_base.numpy()
     expected = worlds.of_world("object_pose")[:, None, :3].repeat(2, axis=1)
-    expected[..., 2] += np.where(worlds.of_world("active") == 1, 0.1, 0.3)
-    np.testing.assert_allclose(base[..., :3], np.maximum(expected, [-9.0, -9.0, 0.02]), atol=1e-5)
+    active = worlds.of_world("active") == 1
+    expected[..., 2] = np.maximum(expected[..., 2] + np.where(active, 0.1, 0.3), np.where(active, 0.02, 0.2))
+    np.testing.assert_allclose(base[..., :3], expected, atol=1e-5)
 
 
 def test_noise_is_uniform_within_its_bounds(worlds: Worlds) -> None:
