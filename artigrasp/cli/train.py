@@ -76,7 +76,7 @@ def run(options: Options) -> int:
 
     start_warp()
 
-    from artigrasp.environment.environment import describe_failures
+    from artigrasp.environment.measuring import describe_failures
     from artigrasp.training.processes import joined_processes
     from artigrasp.training.run_folder import locked, new_run_folder, write_curriculum_description
     from artigrasp.training.runner import IterationReport, Runner, TrainingFailedError
@@ -226,7 +226,7 @@ def _stopped_by_signals() -> Iterator[None]:
 
 
 def _show_results(as_json: bool, folder: Path, results: "list[RunResult]") -> None:
-    from artigrasp.environment.environment import describe_failures
+    from artigrasp.environment.measuring import describe_failures
 
     stages = [
         {

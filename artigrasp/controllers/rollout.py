@@ -8,7 +8,8 @@ import numpy as np
 import warp as wp
 
 from artigrasp.controllers.controller import Controller
-from artigrasp.environment.environment import Environment, describe_failures
+from artigrasp.environment.environment import Environment
+from artigrasp.environment.measuring import describe_failures
 
 logger = logging.getLogger(__name__)
 

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.search import OPEN
-from artigrasp.environment.environment import OPENED_ANGLE, Environment
+from artigrasp.environment.environment import Environment
+from artigrasp.environment.measuring import OPENED_ANGLE
 from artigrasp.environment.worlds import planned_worlds
 from artigrasp.errors import UserError
 from artigrasp.evaluation.experiment import Experiment, Metric, Outcomes, Trials

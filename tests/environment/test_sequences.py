@@ -100,7 +100,7 @@ def test_decisions_of_a_phase_end_with_it() -> None:
     shifts = []
     for step in range(9):
         play(environment, action if step < 3 else 0 * action)
-        shifts.append(environment._synergy.numpy()[0, 1, 6])
+        shifts.append(environment._acting.synergy.numpy()[0, 1, 6])
     assert shifts == [1.0] * 6 + [0.0] * 3
 
 

@@ -1,6 +1,6 @@
 """Random states for the kernel tests, as NumPy arrays and on the device."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +42,7 @@ class Sample:
     target_object_pose: Array
     start_object_pose: Array
     start_angle: Array
-    steadies: np.int32 = np.int32(0)
+    steadies: NDArray[np.int32] = field(default_factory=lambda: np.zeros((), np.int32))
     """Whether hands that take no part steady the base."""
 
     @property
@@ -118,9 +118,9 @@ def random_sample(world_count: int = 100, seed: int = 0) -> Sample:
     return replace(
         sample,
         **{
-            field.name: value.astype(np.float32).astype(np.float64)
-            for field in fields(sample)
-            if (value := getattr(sample, field.name)).dtype == np.float64
+            each.name: value.astype(np.float32).astype(np.float64)
+            for each in fields(sample)
+            if (value := getattr(sample, each.name)).dtype == np.float64
         },
     )
 

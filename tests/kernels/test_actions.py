@@ -294,7 +294,7 @@ def test_idle_hands_hold_still(sample: Sample, prior: dict[str, str]) -> None:
 def test_hands_that_steady_do_as_those_that_take_part(sample: Sample) -> None:
     """They go to their reference and close, but decisions are not for them."""
     taking_part = replace(sample, active=np.ones_like(sample.active))
-    steadying = replace(sample, active=np.zeros_like(sample.active), steadies=1)
+    steadying = replace(sample, active=np.zeros_like(sample.active), steadies=np.int32(1))
     np.testing.assert_array_equal(targets(steadying, HINGE), targets(taking_part, HINGE))
     residual = np.random.default_rng(0).normal(size=sample.joint_q.shape)
     np.testing.assert_array_equal(targets(steadying, HINGE, residual=residual), targets(steadying, HINGE))
