@@ -105,9 +105,11 @@ ARTICULATE = PhaseConfig(
     aim="hinge",
     most_steps=300,
     steadies=True,
-    action=replace(_REACH, close_end=70),
+    action=replace(
+        _REACH, wrist_prior="schedule", close_start=60, close_end=100, follow=0.0, lead_start=110, lead_end=250
+    ),
 )
-"""One hand opens the object to its target angle; the other holds the base if it does so in the reference."""
+"""One hand opens the object to its target angle, slowly; the other holds the base if it does so in the reference."""
 
 GRASPING = (GRASP, RELOCATE, HOLD)
 """Grasp the object and take it to a target in the air."""

@@ -12,7 +12,7 @@ from artigrasp.cli import main
 from artigrasp.motion.file import load_motion
 from artigrasp.motion.kinematics import link_poses
 
-WHOLE = ["grasp", "relocate", "put down", "release", "transit", "articulate"]
+WHOLE = ["grasp", "relocate", "put down", "release", "retreat", "transit", "articulate"]
 
 
 @pytest.fixture
@@ -29,7 +29,7 @@ def test_the_box_is_carried_put_down_and_opened(folder: Path, capsys: pytest.Cap
     assert main([*words, "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
     assert list(result["phases"]) == WHOLE
-    assert {result["phases"][name] for name in WHOLE[:5]} == {"done"}
+    assert {result["phases"][name] for name in WHOLE[:6]} == {"done"}
     motion = load_motion(folder / "motion.npz")
     assert list(dict.fromkeys(motion.phases)) == WHOLE and motion.hands == ("left", "right")
     carried = motion.object_pose[motion.phases == "put down"]
@@ -51,4 +51,4 @@ def test_the_other_order_opens_first(folder: Path, capsys: pytest.CaptureFixture
     text = capsys.readouterr().out
     assert "rad from its target pose" in text and "grasp done" in text and "wrote other.npz" in text
     phases = load_motion(folder / "other.npz").phases
-    assert list(dict.fromkeys(phases)) == ["articulate", "release", "transit", *WHOLE[:3], "hold"]
+    assert list(dict.fromkeys(phases)) == ["articulate", "release", "retreat", "transit", *WHOLE[:3], "hold"]
