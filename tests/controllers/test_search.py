@@ -117,7 +117,9 @@ def test_every_decision_of_an_episode_is_searched() -> None:
         simulator=TWO_THREADS,
     )
     decided: list[np.ndarray] = []
-    run_episode(environment, controller, on_step=lambda step: decided.append(environment._synergy.numpy().copy()))
+    run_episode(
+        environment, controller, on_step=lambda step: decided.append(environment._acting.synergy.numpy().copy())
+    )
     found = controller.found
     assert found is not None and found.offsets.shape == (2, 2, 2, 13) and found.rollouts.tolist() == [6, 6]
     assert not found.success.any() and np.isfinite(found.error).all()
