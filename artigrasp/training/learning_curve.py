@@ -3,9 +3,9 @@
 import csv
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import matplotlib
 import numpy as np
@@ -41,6 +41,10 @@ class CurvePoint:
     """Share of grasps that hold the object in the air at the end."""
 
 
+P = TypeVar("P", bound=Any)
+"""Points of curves: of :class:`CurvePoint`, or of evaluations."""
+
+
 def read_curve(folder: Path) -> list[CurvePoint]:
     """The learning curve of a run so far; empty if there is none.
 
@@ -67,6 +71,18 @@ def read_points(path: Path) -> list[CurvePoint]:
         raise UserError(f"{path}: expected numbers in the columns {', '.join(types)}: {error}") from error
 
 
+def join_stages(curves: Sequence[Sequence[P]]) -> list[P]:
+    """The curves of a curriculum's stages as one, whose steps and times count from the first stage's beginning."""
+    joined: list[P] = []
+    before = dict.fromkeys(("iteration", "control_steps", "wall_time", "cpu_time"), 0)
+    for curve in curves:
+        for point in curve:
+            joined.append(replace(point, **{name: getattr(point, name) + offset for name, offset in before.items()}))
+        if joined:
+            before = {name: getattr(joined[-1], name) for name in before}
+    return joined
+
+
 def write_curve(folder: Path, points: Sequence[CurvePoint], title: str) -> None:
     """Write the learning curve of a run and its plot."""
     with atomic_write(folder / CURVE_FILE) as path, path.open("w", newline="", encoding="utf-8") as file:
@@ -83,7 +99,18 @@ QUANTITIES = {
     "reward": "reward of an episode",
     "angle_error": "final angle error [rad]",
 }
-"""What is drawn, with its axis label; what no run has is left out."""
+"""What is drawn of a learning curve, with its axis label."""
+
+EVALUATED = {
+    "suc_a": "Suc.A, evaluated",
+    "aae": "AAE, evaluated [rad]",
+    "suc_g": "Suc.G, evaluated",
+    "pe": "PE, evaluated [m]",
+}
+"""What is drawn of evaluations, with its axis label."""
+
+RATES = ("success", "lifted", "suc_a", "suc_g")
+"""Those of them that lie between 0 and 1."""
 
 AXES = {
     "control_steps": ("control steps [million]", 1e-6),
@@ -95,24 +122,27 @@ AXES = {
 
 def plot_curves(
     target: Path,
-    runs: Mapping[str, Sequence[Sequence[CurvePoint]]],
+    runs: Mapping[str, Sequence[Sequence[Any]]],
     title: str,
     axes: Sequence[str] = ("control_steps",),
+    quantities: Mapping[str, str] = QUANTITIES,
 ) -> None:
     """Draw learning curves: a line for each name, the mean of its seeds in a band from their least to their largest.
 
     Args:
         target: Picture to write.
-        runs: The curves of every name, one for each seed; a line ends where its shortest curve does.
+        runs: The curves of every name, one for each seed; a line ends where its shortest curve does. Points have the
+            ``axes`` and ``quantities`` as attributes.
         title: Over the whole picture.
         axes: Of ``AXES``, a row of panels for each.
+        quantities: What is drawn, with its axis label; what no run has is left out.
     """
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
     every = [point for curves in runs.values() for curve in curves for point in curve]
-    shown = [name for name in QUANTITIES if any(math.isfinite(getattr(point, name)) for point in every)]
-    shown = shown or ["success"]
+    shown = [name for name in quantities if any(math.isfinite(getattr(point, name)) for point in every)]
+    shown = shown or list(quantities)[:1]
     size = (5 * len(shown), 3.6 * len(axes))
     figure, panels = pyplot.subplots(len(axes), len(shown), figsize=size, layout="constrained", squeeze=False)
     for row, axis in zip(panels, axes, strict=True):
@@ -120,8 +150,8 @@ def plot_curves(
         for panel, name in zip(row, shown, strict=True):
             for run, curves in runs.items():
                 _plot_band(panel, *_over_seeds(curves, axis, name, scale), label=run)
-            panel.set(xlabel=label, ylabel=QUANTITIES[name])
-            if name in ("success", "lifted"):
+            panel.set(xlabel=label, ylabel=quantities[name])
+            if name in RATES:
                 panel.set_ylim(-0.02, 1.02)
             panel.grid(alpha=0.3)
             panel.spines[["top", "right"]].set_visible(False)

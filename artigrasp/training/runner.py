@@ -274,13 +274,13 @@ class Runner:
         )
 
     def _write(self, checkpoint: PolicyFile) -> None:
-        self._unsaved = None
         if not self.processes.is_first:
             return
         save_policy(checkpoint, self.folder / CHECKPOINT)
         save_policy(replace(checkpoint, learner=None), self.folder / POLICY)
         points = [point for point in self.curve if point.iteration <= checkpoint.iteration]
         write_curve(self.folder, points, f"{self.task.name} on {', '.join(checkpoint.objects)}")
+        self._unsaved = None
 
     def _evaluate(self, evaluation: PeriodicEvaluation, writer: SummaryWriter | None) -> None:
         """Measure the policy, and keep it if none before was better; the first process does, the others wait."""

@@ -1,12 +1,16 @@
 """`artigrasp train`: a run from the command line, and one that is taken up again."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import torch
 
 from artigrasp.cli import main
+from artigrasp.config import CurriculumConfig
 from artigrasp.controllers.policy_file import load_policy
+from artigrasp.tasks import CURRICULA, TASKS
 
 FILES = {"run.json", "learning_curve.csv", "learning_curve.png", "latest.pt", "policy.pt"}
 
@@ -79,3 +83,48 @@ def test_a_resumed_run_keeps_what_it_was(work: Path, capsys: pytest.CaptureFixtu
         assert main(["train", *words, "--resume", folder]) == 2
         assert capsys.readouterr() == ("", f"error: {folder}/run.json: {message}\n")
         assert {path: path.read_bytes() for path in Path(folder).iterdir()} == before
+
+
+def test_a_curriculum_trains_stage_after_stage(
+    work: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every stage has its run folder and begins with networks of those before; what is done is not done again."""
+    both = replace(TASKS["other"], name="together", hands=("left", "right"), fixed_base=False)
+    stages = (TASKS["other"], replace(both, iterations=0), both)
+    monkeypatch.setitem(CURRICULA, "quick-both", CurriculumConfig("quick-both", "For tests.", stages))
+    words = ["train", "quick-both", "--iterations", "1", "--worlds", "4", "--threads", "2", "--json"]
+    assert main(words) == 0
+    result = json.loads(capsys.readouterr().out)
+    folder = Path(result["folder"])
+    assert [Path(each["folder"]).name for each in result["stages"]] == ["1-other", "2-together", "3-together"]
+    assert [each["iterations"] for each in result["stages"]] == [1, 0, 1] and result["iterations"] == 2
+    first, gathered, last = (load_policy(Path(each["policy"])) for each in result["stages"])
+    assert list(gathered.actors) == ["left", "right"]
+    assert all(
+        torch.equal(gathered.actors["right"][name], first.actors["right"][name]) for name in first.actors["right"]
+    )
+    assert any(
+        not torch.equal(last.actors["right"][name], first.actors["right"][name]) for name in first.actors["right"]
+    )
+    assert Path(result["policy"]) == folder / "policy.pt"
+    assert (folder / "policy.pt").read_bytes() == Path(result["stages"][2]["policy"]).read_bytes()
+
+    before = (folder / "1-other" / "latest.pt").read_bytes()
+    assert main(["train", "quick-both", "--resume", str(folder), "--iterations", "1", "1", "2", "--json"]) == 0
+    again = json.loads(capsys.readouterr().out)
+    assert [each["iterations"] for each in again["stages"]] == [1, 0, 2]
+    assert (folder / "1-other" / "latest.pt").read_bytes() == before
+    assert main(["train", "quick-both", "--iterations", "1", "2"]) == 2
+    assert "iterations: expected one number or one for each of 3 stages, found 2" in capsys.readouterr().err
+
+
+def test_evaluations_choose_the_best_policy(work: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The policy as it acts is measured between iterations, on a split of one's own choice."""
+    result = train(capsys, "--worlds", "4", "--evaluate-every", "1", "--evaluation-split", "test")
+    folder = Path(result["folder"])
+    rows = [line.split(",") for line in (folder / "evaluations.csv").read_text().splitlines()]
+    assert [row[0] for row in rows] == ["iteration", "1", "2"] and rows[0][4:6] == ["suc_a", "aae"]
+    assert all(0.0 <= float(row[4]) <= 1.0 and float(row[5]) >= 0.0 for row in rows[1:])
+    assert load_policy(folder / "best.pt").iteration in (1, 2)
+    described = json.loads((folder / "run.json").read_text())
+    assert (described["evaluation_split"], described["task"]["ppo"]["evaluation_interval"]) == ("test", 1)

@@ -8,8 +8,18 @@ import pytest
 from PIL import Image
 
 from artigrasp.errors import UserError
+from artigrasp.tasks import get_curriculum
 from artigrasp.training import learning_curve
-from artigrasp.training.learning_curve import CURVE_FILE, CurvePoint, plot_curves, read_curve, write_curve
+from artigrasp.training.learning_curve import (
+    CURVE_FILE,
+    CurvePoint,
+    join_stages,
+    plot_curves,
+    read_curve,
+    write_curve,
+)
+from artigrasp.training.run_folder import CurriculumDescription, write_curriculum_description
+from tools import plot_learning_curves as plot_tool
 
 CURVE = [
     CurvePoint(1, 600, 1.25, 2.5, -3.0, 0.5, 0.75),
@@ -63,3 +73,25 @@ def test_seeds_make_a_band(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> N
     plot_curves(tmp_path / "curves.png", {"ours": [first, second], "nothing": [[]]}, "")
     assert drawn["ours"] == ([1.0, 2.0, 3.0], [[0.0, 0.5, 1.0], [0.5, 0.5, 0.5]])
     assert drawn["nothing"][0] == []
+
+
+def test_stages_follow_each_other() -> None:
+    """Steps and times of a stage count from where the one before ended; a stage without points adds nothing."""
+    joined = join_stages([CURVE, [], CURVE[:1]])
+    assert [point.iteration for point in joined] == [1, 3, 4]
+    assert [point.control_steps for point in joined] == [600, 1800, 2400]
+    assert [point.wall_time for point in joined] == [1.25, 3.5, 4.75]
+    assert [point.success for point in joined] == [0.5, 0.625, 0.5]
+
+
+def test_the_tool_draws_runs_and_curricula(tmp_path: Path) -> None:
+    """Seeds of one name are drawn together; what is no run is named."""
+    for folder in ("a", "b", "c/1-right-fixed", "c/3-both-free"):
+        write_curve(tmp_path / folder, CURVE, "")
+    write_curriculum_description(tmp_path / "c", CurriculumDescription(get_curriculum("artigrasp"), (), "train", 0))
+    runs = plot_tool.named_runs([f"ours={tmp_path}/a,{tmp_path}/b", f"paper={tmp_path}/c"], evaluations=False)
+    assert [len(curves) for curves in runs.values()] == [2, 1] and len(runs["paper"][0]) == 4
+    plot_curves(tmp_path / "both.png", runs, "", ("control_steps", "cpu_time"))
+    for word, message in ((str(tmp_path), "expected NAME=RUN"), (f"x={tmp_path}", "expected a run with a learning")):
+        with pytest.raises(UserError, match=message):
+            plot_tool.named_runs([word], evaluations=False)

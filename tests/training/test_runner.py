@@ -1,6 +1,6 @@
 """PPO in a run folder: it learns, it can be stopped and taken up again, and its files are whole."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +10,13 @@ from rsl_rl.algorithms import PPO
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from artigrasp.config import TaskConfig
-from artigrasp.controllers.policy_file import load_policy, save_policy
+from artigrasp.controllers.policy_file import PolicyFile, load_policy, save_policy
 from artigrasp.errors import UserError
 from artigrasp.tasks import get_task
 from artigrasp.training import learning_curve
 from artigrasp.training import runner as runner_module
-from artigrasp.training.runner import CHECKPOINT, POLICY, IterationReport, Runner
+from artigrasp.training.evaluation import read_evaluations
+from artigrasp.training.runner import BEST_POLICY, CHECKPOINT, POLICY, IterationReport, Runner
 from tests.training.examples import WORLD_COUNT, make_env, make_new_env, small_paper, small_synergy
 
 FILES = ["latest.pt", "learning_curve.csv", "learning_curve.png", "policy.pt"]
@@ -248,3 +249,58 @@ def test_only_learning_uses_all_threads(tmp_path: Path, monkeypatch: pytest.Monk
         )
     runner.iterate()
     assert (threads, torch.get_num_threads()) == ([1, 2], 1)
+
+
+@dataclass(frozen=True)
+class ScriptedEvaluation:
+    """Says what it is told to, evaluation by evaluation."""
+
+    rates: list[float]
+
+    def measure(self, policy: PolicyFile) -> dict[str, float]:
+        """The next rate."""
+        return {"suc_a": self.rates.pop(0)}
+
+
+def test_the_best_policy_is_kept(tmp_path: Path) -> None:
+    """The one that was measured best, across a resume; measuring takes no training time and changes nothing."""
+    task = bandit()
+    task = replace(task, ppo=replace(task.ppo, evaluation_interval=2))
+
+    def make(*rates: float) -> Runner:
+        return Runner(make_env(task), tmp_path, 0, evaluation=ScriptedEvaluation(list(rates)))
+
+    runner = make(0.2, 0.6, 0.4)
+    runner.learn(5)
+    assert [(point.iteration, point.suc_a) for point in runner.evaluations] == [(2, 0.2), (4, 0.6), (5, 0.4)]
+    assert load_policy(tmp_path / BEST_POLICY).iteration == 4
+    resumed = make(0.5, 0.7)
+    resumed.resume()
+    resumed.learn(6)
+    assert load_policy(tmp_path / BEST_POLICY).iteration == 4
+    resumed.learn(8)
+    assert load_policy(tmp_path / BEST_POLICY).iteration == 8
+    assert [point.suc_a for point in read_evaluations(tmp_path)] == [0.2, 0.6, 0.4, 0.5, 0.7]
+    plain = make_runner(bandit(), tmp_path / "plain")
+    plain.learn(5)
+    assert [point.reward for point in plain.curve] == [point.reward for point in runner.curve]
+
+
+def test_training_begins_where_another_ended(tmp_path: Path) -> None:
+    """From a checkpoint come actor and critic, from a policy the actor; from a policy for the other hand nothing."""
+    make_runner(bandit(), tmp_path / "first").learn(1)
+    checkpoint = load_policy(tmp_path / "first" / CHECKPOINT)
+    for name in (CHECKPOINT, POLICY):
+        runner = make_runner(bandit(), tmp_path / "second", seed=1)
+        fresh = {key: value.clone() for key, value in only_learner(runner).critic.state_dict().items()}
+        runner.start_from(tmp_path / "first" / name)
+        assert runner.iteration == 0
+        assert_equal_weights(dict(only_learner(runner).actor.state_dict()), checkpoint.actors["right"])
+        critic = checkpoint.learner["learners"]["right"]["critic"] if name == CHECKPOINT else fresh
+        assert_equal_weights(dict(only_learner(runner).critic.state_dict()), critic)
+    left = replace(checkpoint, task=replace(checkpoint.task, hands=("left",)), learner=None)
+    save_policy(replace(left, actors={"left": checkpoint.actors["right"]}), tmp_path / "left.pt")
+    with pytest.raises(UserError, match=r"left.pt: networks: expected some of right, found left"):
+        runner.start_from(tmp_path / "left.pt")
+    with pytest.raises(UserError, match="expected networks of this task's shape, found others"):
+        make_runner(small_paper(), tmp_path / "third").start_from(tmp_path / "first" / POLICY)
