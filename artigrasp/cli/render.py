@@ -46,16 +46,17 @@ class References:
 class Motion:
     """Write a motion as a video, or as a contact sheet of the samples that tell most of it.
 
-    Needs no display. The ending of the file to write decides: .mp4 and .gif are videos, .png and .jpg are contact
+    Several motions are shown side by side in a video, and below each other in a contact sheet. Needs no display. The
+    ending of the file to write decides: .mp4 and .gif are videos, .png and .jpg are contact
     sheets, and .webp is a video that can be transparent. Links of a hand turn red where they press on the object.
 
     With --json: {"path": file}.
     """
 
-    file: Annotated[Path, tyro.conf.Positional]
-    """Motion file, as `artigrasp generate` writes it."""
+    files: Annotated[tuple[Path, ...], tyro.conf.Positional]
+    """Motion files, as `artigrasp generate` writes them."""
     out: Path | None = None
-    """File to write; by default beside the motion, with the ending .mp4."""
+    """File to write; by default beside the first motion, with the ending .mp4."""
     camera: Literal["three-quarter", "front", "side", "top", "orbit", "follow"] = "three-quarter"
     """Where the camera is; seen from the object, the hands are in front. "orbit" goes round once, "follow" keeps what
     moves in the middle."""
@@ -70,7 +71,7 @@ class Motion:
     columns: int | None = None
     """Frames in a row of a contact sheet; all by default."""
     target: bool = False
-    """Show a ghost of the articulated part at the target angle."""
+    """Show a ghost of the object at its target, or of the articulated part at the target angle."""
     links: bool = False
     """Show hands as the rigid links that collide, without skin."""
     no_caption: bool = False
@@ -138,11 +139,14 @@ def _render_references(options: References) -> None:
 
 
 def _render_motion(options: Motion) -> None:
+    from artigrasp.errors import UserError
     from artigrasp.export.image_file import MOVING_SUFFIXES
     from artigrasp.export.picture import Style, render_filmstrip, render_video
     from artigrasp.motion.file import load_motion
 
-    path = options.out or options.file.with_suffix(".mp4")
+    if not options.files:
+        raise UserError("expected one or more motion files, found none")
+    path = options.out or options.files[0].with_suffix(".mp4")
     is_video = path.suffix.lower() in MOVING_SUFFIXES
     width, height = (640, 480) if is_video else (300, 360)
     style = Style(
@@ -155,17 +159,17 @@ def _render_motion(options: Motion) -> None:
         transparent=options.transparent,
         grid=options.grid,
     )
-    motion = load_motion(options.file)
+    motions = [load_motion(file) for file in options.files]
     with progress_bar("Rendering", hidden=options.json) as progress:
 
         def show_progress(done: int, total: int) -> None:
             progress("", done, total)
 
         if is_video:
-            render_video(motion, path, rate=options.fps, style=style, progress=show_progress)
+            render_video(motions, path, rate=options.fps, style=style, progress=show_progress)
         else:
             render_filmstrip(
-                motion,
+                motions,
                 path,
                 frame_count=options.frames,
                 columns=options.columns,

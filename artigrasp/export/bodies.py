@@ -13,8 +13,8 @@ from artigrasp.assets.hand import HandModel, load_hand
 from artigrasp.assets.hand_skin import SKIN_COLOUR
 from artigrasp.assets.object import ObjectModel, load_object
 from artigrasp.config import StageConfig
-from artigrasp.export.surface import Surface, link_surface, mesh_surface, part_surface
-from artigrasp.kernels.layout import ARTICULATED, LINK_COUNT, LINKS, PARTS
+from artigrasp.export.surface import Surface, join, link_surface, mesh_surface, part_surface, place
+from artigrasp.kernels.layout import ARTICULATED, BASE, LINK_COUNT, LINKS, PARTS
 from artigrasp.motion.file import Motion
 from artigrasp.motion.kinematics import link_poses, part_poses, pose_object
 
@@ -96,9 +96,18 @@ def stage_surface(stage: StageConfig) -> Surface:
 
 
 def target_ghost(motion: Motion, object: ObjectModel) -> Body:
-    """The articulated part as it would be at the target angle, on the base, wherever that goes."""
-    poses = pose_object(motion.object_pose, np.full(len(motion.time), motion.target_angle, np.float32), object)
-    return Body("target", *part_surface(object.parts[ARTICULATED]), poses[:, ARTICULATED])
+    """The object at its target, or where that is not known the articulated part at the target angle, on the base."""
+    count = len(motion.time)
+    articulated, colours = part_surface(object.parts[ARTICULATED])
+    if motion.target_object_pose is None:
+        poses = pose_object(motion.object_pose, np.full(count, motion.target_angle, np.float32), object)
+        return Body("target", articulated, colours, poses[:, ARTICULATED])
+    base, base_colours = part_surface(object.parts[BASE])
+    turned = place(articulated, np.concatenate(object.articulated_pose_in_base(motion.target_angle)))
+    whole = join([base, turned])
+    return Body(
+        "target", whole, np.concatenate([base_colours, colours]), np.tile(motion.target_object_pose, (count, 1))
+    )
 
 
 def box_corners(bodies: Sequence[Body], samples: NDArray[np.integer]) -> NDArray[np.float64]:

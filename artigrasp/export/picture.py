@@ -1,7 +1,7 @@
 """Pictures and videos of a motion."""
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,7 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from artigrasp.errors import UserError
-from artigrasp.export.bodies import box_corners, hand_bodies, load_models, object_bodies, target_ghost
+from artigrasp.export.bodies import (
+    box_corners,
+    bystander_bodies,
+    hand_bodies,
+    load_models,
+    object_bodies,
+    stage_surface,
+    target_ghost,
+)
 from artigrasp.export.camera import CameraName, film
 from artigrasp.export.hand_surface import hand_surface
 from artigrasp.export.image_file import MOVING_SUFFIXES, STILL_SUFFIXES, check_image, save_image, save_video
@@ -25,6 +33,8 @@ CAPTION_SHARE = 1 / 6
 """Height of the caption over that of the picture."""
 BLUSH = np.array([0.80, 0.13, 0.08])
 """Linear RGB that hand links turn to where they press on the object."""
+STAGE_COLOUR = (0.62, 0.61, 0.60)
+"""Linear RGB of a plateau on the table."""
 BLUSH_FORCE = 6.0
 """Contact force at which they have turned to it by half [N]."""
 LARGEST = 8192
@@ -40,7 +50,7 @@ class Style:
         width: Of a frame [px].
         height: Of a frame with its caption [px].
         caption: Whether time, phase and hinge angle are told below.
-        target: Whether a ghost shows the articulated part at the target angle.
+        target: Whether a ghost shows the object at its target, or the articulated part at the target angle.
         links: Whether hands are shown as the rigid links that collide, without skin.
         transparent: Whether the background is left out.
         grid: A pixel is the mean of ``grid`` by ``grid`` samples.
@@ -89,7 +99,9 @@ class MotionPictures:
         bodies = hand_bodies(motion, hands)
         self._hands = [hand_surface(hand, rigid=style.links) for hand in hands]
         self._link_poses = [np.stack([link.poses for link in hand], axis=1) for hand in bodies]
-        self._parts = object_bodies(motion, object)
+        others = [body for _, bodies, _ in bystander_bodies(motion) for body in bodies]
+        self._parts = [*object_bodies(motion, object), *others]
+        self._still = [] if motion.stage is None else [stage_surface(motion.stage)]
         self._ghost = target_ghost(motion, object) if style.target else None
         links = box_corners([link for hand in bodies for link in hand], samples)
         parts = box_corners(self._parts, samples)
@@ -102,6 +114,15 @@ class MotionPictures:
             style.width / (style.height - style.caption_height),
         )
 
+    @property
+    def count(self) -> int:
+        """Of the samples."""
+        return len(self._samples)
+
+    def is_same(self, index: int, other: int) -> bool:
+        """Whether two of the samples look the same."""
+        return bool(self._samples[index] == self._samples[other] and self.views[index] is self.views[other])
+
     def render(self, index: int) -> Image:
         """Render one of the samples: sRGB, shape ``[height, width, 3]``, or 4 with the opacity if it is transparent."""
         sample, style = self._samples[index], self._style
@@ -111,8 +132,10 @@ class MotionPictures:
             BLUSH + hand.of_faces(share) * (hand.colours - BLUSH) for hand, share in zip(self._hands, pale, strict=True)
         ]
         colours += [part.colours for part in self._parts]
+        colours += [np.tile(STAGE_COLOUR, (len(surface.faces), 1)) for surface in self._still]
         surfaces = [hand.posed(poses[sample]) for hand, poses in zip(self._hands, self._link_poses, strict=True)]
         surfaces += [place(part.surface, part.poses[sample]) for part in self._parts]
+        surfaces += self._still
         image = render_surface(
             join(surfaces),
             np.concatenate(colours),
@@ -147,7 +170,7 @@ def render_frame(motion: Motion, path: str | os.PathLike[str], *, sample: int = 
 
 
 def render_filmstrip(
-    motion: Motion,
+    motion: Motion | Sequence[Motion],
     path: str | os.PathLike[str],
     *,
     frame_count: int = 5,
@@ -155,13 +178,13 @@ def render_filmstrip(
     style: Style | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> None:
-    """Write samples of a motion side by side, those that tell most of it.
+    """Write samples of a motion side by side, those that tell most of it, or several motions below each other.
 
     Args:
-        motion: The motion.
+        motion: The motion, or several.
         path: The image file.
         frame_count: Number of samples; a motion of fewer is shown whole.
-        columns: Samples in a row; all by default.
+        columns: Samples in a row; all of a motion by default.
         style: How each is shown.
         progress: Called after each sample with the number of those that are done and that of all.
 
@@ -173,23 +196,30 @@ def render_filmstrip(
     for name, number in (("frames", frame_count), ("columns", 1 if columns is None else columns)):
         if number < 1:
             raise UserError(f"{name}: expected at least 1, found {number}")
-    samples = telling_samples(motion, frame_count)
-    frames = _render_all(MotionPictures(motion, samples, style), len(samples), progress)
-    save_image(arrange(list(frames), min(columns or len(samples), len(samples))), path)
+    strips = [MotionPictures(each, telling_samples(each, frame_count), style) for each in _several(motion)]
+    longest = max(strip.count for strip in strips)
+    done = _Count(sum(strip.count for strip in strips), progress)
+    rows = []
+    for strip in strips:
+        frames = list(_render_all(strip, range(strip.count), done))
+        # Shorter motions are filled up, so that each begins a row.
+        blank = arrange(frames[:1], 2)[:, style.width :]
+        rows += [*frames, *[blank] * (longest - len(frames) if len(strips) > 1 else 0)]
+    save_image(arrange(rows, min(columns or longest, longest)), path)
 
 
 def render_video(
-    motion: Motion,
+    motion: Motion | Sequence[Motion],
     path: str | os.PathLike[str],
     *,
     rate: float = 30.0,
     style: Style | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> None:
-    """Write a motion as a video in real time: H.264, or an animated GIF or WebP.
+    """Write a motion as a video in real time, or several side by side: H.264, or an animated GIF or WebP.
 
     Args:
-        motion: The motion.
+        motion: The motion, or several, of which the shorter ones end in their last picture.
         path: The file, its kind given by the suffix.
         rate: Frames per second.
         style: How it is shown.
@@ -208,9 +238,14 @@ def render_video(
     if Path(path).suffix.lower() == ".gif":
         # Its frames last whole hundredths of a second.
         rate = 100 / round(100 / rate)
-    time = motion.time - motion.time[0]
-    samples = np.searchsorted(time, np.arange(0, time[-1] + 0.5 / rate, 1 / rate) - 1e-6).clip(max=len(time) - 1)
-    save_video(_render_all(MotionPictures(motion, samples, style), len(samples), progress), path, rate)
+    motions = _several(motion)
+    duration = max(float(each.time[-1] - each.time[0]) for each in motions)
+    moments = np.arange(0, duration + 0.5 / rate, 1 / rate)
+    films = [MotionPictures(each, _samples_at(each, moments), style) for each in motions]
+    done = _Count(len(films) * len(moments), progress)
+    reels = [_render_all(film, range(len(moments)), done) for film in films]
+    columns = int(np.ceil(np.sqrt(len(films))))
+    save_video((arrange(frames, columns) for frames in zip(*reels, strict=True)), path, rate)
 
 
 def caption(motion: Motion, sample: int, width: int, height: int, *, transparent: bool = False) -> Image:
@@ -234,8 +269,37 @@ def caption(motion: Motion, sample: int, width: int, height: int, *, transparent
     return band.image(transparent=transparent)
 
 
-def _render_all(pictures: MotionPictures, count: int, progress: Callable[[int, int], None] | None) -> Iterator[Image]:
-    for index in range(count):
-        yield pictures.render(index)
-        if progress is not None:
-            progress(index + 1, count)
+def _several(motion: Motion | Sequence[Motion]) -> list[Motion]:
+    motions = [motion] if isinstance(motion, Motion) else list(motion)
+    if not motions:
+        raise UserError("expected one or more motions, found none")
+    return motions
+
+
+def _samples_at(motion: Motion, moments: NDArray[np.float64]) -> NDArray[np.int64]:
+    """The samples of a motion at times since its start [s], the last one after its end."""
+    samples = np.searchsorted(motion.time - motion.time[0], moments - 1e-6)
+    return np.minimum(samples, len(motion.time) - 1)
+
+
+class _Count:
+    """Counts pictures, and tells somebody."""
+
+    def __init__(self, total: int, progress: Callable[[int, int], None] | None) -> None:
+        self._done, self._total, self._progress = 0, total, progress
+
+    def add(self) -> None:
+        """Count one more."""
+        self._done += 1
+        if self._progress is not None:
+            self._progress(self._done, self._total)
+
+
+def _render_all(pictures: MotionPictures, indices: Sequence[int], done: _Count) -> Iterator[Image]:
+    last: tuple[int, Image] | None = None
+    for index in indices:
+        # A motion that has ended is not rendered again.
+        if last is None or not pictures.is_same(last[0], index):
+            last = (index, pictures.render(index))
+        done.add()
+        yield last[1]

@@ -10,6 +10,7 @@ import pytest
 import trimesh
 from PIL import Image
 
+from artigrasp.config import StageConfig
 from artigrasp.errors import UserError
 from artigrasp.export.bodies import hand_bodies, load_models
 from artigrasp.export.camera import CAMERAS, View, look_at
@@ -17,7 +18,7 @@ from artigrasp.export.lettering import PAPER
 from artigrasp.export.picture import MotionPictures, Style, caption, render_filmstrip, render_frame, render_video
 from artigrasp.export.raycaster import render_surface, visibility
 from artigrasp.export.surface import Surface, mesh_surface
-from artigrasp.motion.file import Motion
+from artigrasp.motion.file import Motion, MotionBystanders
 from tests.motion.example import example_motion
 
 RED = np.array([0.8, 0.05, 0.05])
@@ -200,6 +201,51 @@ def test_strip_in_rows(tmp_path: Path) -> None:
     image = imageio.imread(tmp_path / "strip.png")
     assert image.shape == (3 * 48, 80, 4)
     assert (image[96:, 40:, 3] == 0).all() and image[96:, :40, 3].max() == 255
+
+
+def test_motions_below_and_beside_each_other(tmp_path: Path) -> None:
+    """A sheet has a row for each motion; in a video the shorter one waits in its last picture."""
+    motions = [opening_motion(), opening_motion(2)]
+    style = Style(links=True, width=48, height=48, caption=False, grid=1)
+    render_filmstrip(motions, tmp_path / "sheet.png", frame_count=3, style=style)
+    sheet = imageio.imread(tmp_path / "sheet.png")
+    assert sheet.shape == (2 * 48, 3 * 48, 3)
+    assert paper_like(sheet[48:, 96:]).all() and not paper_like(sheet[48:, :96]).all()
+    short = dataclasses.replace(motions[1], time=[0.0, 0.2])
+    seen: list[tuple[int, int]] = []
+    render_video(
+        [motions[0], short],
+        tmp_path / "both.webp",
+        rate=5,
+        style=style,
+        progress=lambda *counts: seen.append(counts),
+    )
+    assert seen[-1] == (12, 12)
+    with Image.open(tmp_path / "both.webp") as video:
+        assert video.size == (96, 48) and video.n_frames == 6
+
+
+def test_the_whole_scene_is_seen() -> None:
+    """Another object and a plateau are in the picture, and the ghost is the object where it should go."""
+    motion = opening_motion()
+    beside = np.tile([0.5, 0.0, 0.1, 0, 0, 0, 1], (len(motion.time), 1, 1))
+    scene = dataclasses.replace(
+        motion,
+        stage=StageConfig(0.1, (0.3, 0.3), (0.5, 0.0)),
+        bystanders=MotionBystanders(
+            objects=("open-laptop",),
+            pose=beside,
+            hinge_angle=np.zeros((len(motion.time), 1)),
+            focus=np.zeros(len(motion.time), np.int64),
+        ),
+        target_object_pose=[-0.5, 0, 0, 0, 0, 0, 1],
+    )
+    style = Style(links=True, width=96, height=64, caption=False, target=True, grid=1)
+    pictures = MotionPictures(scene, np.array([0]), style)
+    image = pictures.render(0)
+    for place in ([0.5, 0.0, 0.1], [0.5, 0.1, 0.02], [-0.5, 0.0, 0.05]):
+        row, column = pixel(pictures.views[0], np.array(place), 96, 64)
+        assert not paper_like(image)[row - 1 : row + 2, column - 1 : column + 2].all()
 
 
 def test_caption_bar_grows_with_the_angle() -> None:
