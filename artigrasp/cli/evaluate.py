@@ -59,6 +59,8 @@ class Options:
     """Rollouts of a search around the controller, for every trial; it no longer acts alone then, and says so."""
     goal_angles: tuple[float, ...] | None = None
     """Target angles of articulation instead of the protocol's [rad]."""
+    targets: int | None = None
+    """Grasping: the first so many of each reference's 30 targets; by default all."""
     per_object: int | None = None
     """Trials of each object, at most, spread evenly over its references and targets; by default all."""
     seed: int = 0
@@ -88,15 +90,17 @@ def run(options: Options) -> int:
     from artigrasp.controllers.policy_file import load_policy
     from artigrasp.evaluation.articulation import ARTICULATION, toward
     from artigrasp.evaluation.evaluate import Shard, evaluate
+    from artigrasp.evaluation.grasping import GRASPING, with_targets
     from artigrasp.evaluation.protocols import get_protocol
     from artigrasp.evaluation.report import metrics_dict, metrics_table, write_report
 
     protocol = get_protocol(options.protocol)
+    instead = {each.name: each for each in protocol.experiments}
     if options.goal_angles is not None:
-        experiments = tuple(
-            toward(options.goal_angles) if each is ARTICULATION else each for each in protocol.experiments
-        )
-        protocol = replace(protocol, experiments=experiments)
+        instead[ARTICULATION.name] = toward(options.goal_angles)
+    if options.targets is not None:
+        instead[GRASPING.name] = with_targets(options.targets)
+    protocol = replace(protocol, experiments=tuple(instead[each.name] for each in protocol.experiments))
     if options.split is not None:
         protocol = replace(protocol, splits=(options.split,))
     if protocol.unseen_objects and policy is not None:

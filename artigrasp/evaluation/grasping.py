@@ -2,7 +2,7 @@
 
 import zlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.search import Objective
 from artigrasp.environment.worlds import DRAW_GOAL, planned_worlds
+from artigrasp.errors import UserError
 from artigrasp.evaluation.experiment import Experiment, Metric, Outcomes, Trials
 from artigrasp.evaluation.sequences import (
     first_failures,
@@ -78,14 +79,17 @@ def strict_success(outcomes: GraspOutcomes) -> NDArray[np.bool_]:
 
 
 def draw_targets(references: Sequence[ReferenceSet], seed: int, count: int = TARGET_COUNT) -> Trials:
-    """So many targets for every reference; they follow from the seed, the object and the reference's source alone."""
+    """So many of the ``TARGET_COUNT`` targets of every reference, or all.
+
+    They follow from the seed, the object and the reference's source alone.
+    """
     offsets = []
     for each in references:
         for source in each.source.tolist():
             random = np.random.default_rng([seed, zlib.crc32(f"{each.object} {source}".encode())])
-            shift = random.uniform(TARGET_LOWER, TARGET_UPPER, (count, 3))
-            turn = Rotation.from_rotvec(random.uniform(-TARGET_TURN, TARGET_TURN, (count, 3)))
-            offsets.append(np.concatenate([shift, turn.as_quat()], axis=1))
+            shift = random.uniform(TARGET_LOWER, TARGET_UPPER, (TARGET_COUNT, 3))
+            turn = Rotation.from_rotvec(random.uniform(-TARGET_TURN, TARGET_TURN, (TARGET_COUNT, 3)))
+            offsets.append(np.concatenate([shift, turn.as_quat()], axis=1)[:count])
     names = np.repeat([each.object for each in references], [count * len(each) for each in references])
     rows = np.concatenate([np.repeat(np.arange(len(each)), count) for each in references])
     return Trials(names, rows, {"target_offset": np.concatenate(offsets)})
@@ -164,3 +168,14 @@ GRASPING = Experiment(
     paper_note="eight ARCTIC objects, both hands, another simulator",
 )
 """Suc.G, PE and AE of the paper's Tables 1 and 3."""
+
+
+def with_targets(count: int) -> Experiment[GraspOutcomes]:
+    """The experiment with the first so many targets of every reference.
+
+    Raises:
+        UserError: There are not so many.
+    """
+    if not 0 < count <= TARGET_COUNT:
+        raise UserError(f"targets: expected a number from 1 to {TARGET_COUNT}, found {count}")
+    return replace(GRASPING, draw_trials=lambda references, seed: draw_targets(references, seed, count))

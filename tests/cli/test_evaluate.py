@@ -115,6 +115,7 @@ def test_splits_have_folders_of_their_own(work: Path, monkeypatch: pytest.Monkey
         (["images", "--controller", "zero"], "found none; there are"),
         (["juggling", "--controller", "zero"], "unknown protocol 'juggling'"),
         (["articulation", "--controller", "zero", "--goal-angles", "-1"], "goal-angles: expected angles from zero on"),
+        (["grasping", "--controller", "zero", "--targets", "31"], "targets: expected a number from 1 to 30, found 31"),
         (["articulation", "--controller", "search", "--search", "-1"], "rollouts: expected a positive number"),
         (["articulation", "--controller", "zero", "--per-object", "0"], "per-object: expected a positive number"),
     ],

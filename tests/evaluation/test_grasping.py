@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.controller import pd_ik_controller
 from artigrasp.evaluation.evaluate import evaluate
-from artigrasp.evaluation.grasping import GRASPING, GraspOutcomes, draw_targets
+from artigrasp.evaluation.grasping import GRASPING, GraspOutcomes, draw_targets, with_targets
 from artigrasp.references.reference import ReferenceSet
 from artigrasp.tasks import get_task
 from tests.evaluation.examples import QUALITY
@@ -77,6 +77,8 @@ def test_targets_do_not_depend_on_what_else_is_measured() -> None:
     all_targets = draw_targets([references], seed=3).targets["target_offset"].reshape(len(references), 30, 7)
     alone = draw_targets([references.select(indices=3)], seed=3).targets["target_offset"]
     np.testing.assert_array_equal(alone, all_targets[3])
+    few = with_targets(2).draw_trials([references], 3)
+    np.testing.assert_array_equal(few.targets["target_offset"].reshape(len(references), 2, 7), all_targets[:, :2])
     assert (draw_targets([references], seed=4).targets["target_offset"] != all_targets.reshape(-1, 7)).any()
 
 
