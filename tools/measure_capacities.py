@@ -132,7 +132,7 @@ def main() -> None:
     heads += ["MuJoCo Warp: pairs / contacts / rows"] if options.newton else []
     print("| object |", " | ".join(heads), "|")
     print("| --- " * (1 + len(heads)) + "|")
-    for name in options.objects or list_assets("objects"):
+    for name in options.objects or list_assets("references"):
         cells, samples = [], []
         for way in WAYS:
             scene, found = play(name, way, options.references, options.seed)

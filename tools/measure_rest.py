@@ -57,7 +57,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("objects", nargs="*", metavar="OBJECT")
     start_warp()
-    names = parser.parse_args().objects or list_assets("objects")
+    names = parser.parse_args().objects or list_assets("references")
     found = [drift(names, None), drift(names, STAGE), drift(names, STAGE, single_contacts=True)]
     print("| object | table | stage | stage, single contacts |\n| --- | --- | --- | --- |")
     for name, *millimetres in zip(names, *(1000 * each for each in found), strict=True):

@@ -27,6 +27,9 @@ MAX_EFFORT = 5.0
 """Joint torques above this squeeze objects out of the hand and let solvers diverge [N·m]."""
 
 
+_IMPORT = "artigrasp import-object makes an asset of a hinged object in URDF or USD"
+
+
 @dataclass(frozen=True)
 class Finding:
     """One thing that is wrong.
@@ -83,6 +86,8 @@ def check_asset(path: Path) -> AssetReport:
     Raises:
         UserError: the file is missing, is neither, or lacks a part of one.
     """
+    if path.suffix.lower() == ".urdf":
+        raise UserError(f"{path}: expected USD, found URDF; {_IMPORT}")
     format = str(open_stage(path).GetRootLayer().customLayerData.get("format"))
     findings = _Findings()
     if format == hand_usd.FORMAT:
@@ -91,7 +96,8 @@ def check_asset(path: Path) -> AssetReport:
         facts = _check_object(read_object(path), findings)
     else:
         expected = f"{hand_usd.FORMAT!r} or {object_usd.FORMAT!r}"
-        raise UserError(f"{path}: format: expected {expected}, found {'none' if format == 'None' else repr(format)}")
+        found = "none" if format == "None" else repr(format)
+        raise UserError(f"{path}: format: expected {expected}, found {found}; {_IMPORT}")
     return AssetReport(path, format, facts, tuple(sorted(findings, key=lambda finding: finding.severity)))
 
 

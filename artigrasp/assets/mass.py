@@ -1,5 +1,6 @@
 """Masses of parts of which only the shape is known."""
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +20,17 @@ class Body(NamedTuple):
     mass: float
     com: Array
     inertia: Array
+
+
+def join_bodies(bodies: Sequence[Body]) -> Body:
+    """All bodies as one."""
+    masses = np.array([body.mass for body in bodies])
+    com: Array = masses @ np.array([body.com for body in bodies]) / masses.sum()
+    inertia = np.zeros((3, 3))
+    for body in bodies:
+        offset = body.com - com
+        inertia += body.inertia + body.mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
+    return Body(float(masses.sum()), com, inertia)
 
 
 def body_of_mesh(mesh: Mesh, pieces: tuple[Mesh, ...], density: float) -> Body:

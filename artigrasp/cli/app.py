@@ -25,6 +25,8 @@ VERBS = (
     "extract-references",
     "refine-references",
     "synthesize-references",
+    "make-object",
+    "import-object",
     "check-asset",
     "train",
     "evaluate",

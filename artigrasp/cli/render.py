@@ -1,4 +1,4 @@
-"""`artigrasp render`: pictures of references, pictures and videos of motions."""
+"""`artigrasp render`: pictures of objects and references, pictures and videos of motions."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -38,6 +38,27 @@ class References:
     """Show hands as the rigid links that collide, without skin."""
     columns: int | None = None
     """References in a row; by default such that the sheet is a little wider than high."""
+    json: bool = False
+    """Print JSON."""
+
+
+@dataclass(frozen=True)
+class Objects:
+    """Write a contact sheet of objects, closed, half open and open.
+
+    With --json: {"path": file, "objects": [name]}.
+    """
+
+    objects: Annotated[tuple[str, ...], tyro.conf.Positional]
+    """Objects to show."""
+    out: Path = Path("objects.png")
+    """Image to write: .png, .jpg or .webp."""
+    openings: tuple[float, ...] = (0.0, 0.5, 1.0)
+    """Hinge angles to show, as a share of the whole range."""
+    size: int = 240
+    """Width and height of a picture [px]."""
+    columns: int | None = None
+    """Objects in a row; by default such that the sheet is about square."""
     json: bool = False
     """Print JSON."""
 
@@ -86,10 +107,12 @@ class Motion:
 
 @dataclass(frozen=True)
 class Options:
-    """Render references as a contact sheet, or a motion as a video or a contact sheet."""
+    """Render objects or references as a contact sheet, or a motion as a video or a contact sheet."""
 
     what: Annotated[
-        Annotated[References, tyro.conf.subcommand("references")] | Annotated[Motion, tyro.conf.subcommand("motion")],
+        Annotated[Objects, tyro.conf.subcommand("objects")]
+        | Annotated[References, tyro.conf.subcommand("references")]
+        | Annotated[Motion, tyro.conf.subcommand("motion")],
         tyro.conf.arg(name=""),
     ]
 
@@ -99,11 +122,35 @@ def run(options: Options) -> int:
     from artigrasp.cli.warp_start import start_warp
 
     start_warp()
-    if isinstance(options.what, References):
+    if isinstance(options.what, Objects):
+        _render_objects(options.what)
+    elif isinstance(options.what, References):
         _render_references(options.what)
     else:
         _render_motion(options.what)
     return 0
+
+
+def _render_objects(options: Objects) -> None:
+    from artigrasp.errors import UserError
+    from artigrasp.export.object_sheet import render_objects
+
+    if not options.objects:
+        raise UserError("expected the names of one or more objects, found none")
+    names = list(dict.fromkeys(options.objects))
+    with progress_bar("Rendering", hidden=options.json) as progress:
+        render_objects(
+            names,
+            options.out,
+            openings=options.openings,
+            size=options.size,
+            columns=options.columns,
+            progress=lambda done, total: progress("", done, total),
+        )
+    if options.json:
+        show_json({"path": str(options.out), "objects": names})
+    else:
+        show(f"wrote {options.out}: {len(names)} objects")
 
 
 def _render_references(options: References) -> None:

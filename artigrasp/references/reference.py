@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from artigrasp.arrays import check_array, check_poses, load_arrays, save_arrays
 from artigrasp.assets.library import find_asset, list_assets
+from artigrasp.assets.open_set.catalogue import parse_name
 from artigrasp.errors import UserError, unknown
 from artigrasp.kernels.layout import FINGER_DOF_COUNT, HANDS, LINK_COUNT, PARTS
 from artigrasp.references.splits import SCHEME_SPLITS, in_split
@@ -172,7 +173,7 @@ def load_references(object_name: str) -> ReferenceSet:
             the index.
     """
     if object_name not in (names := list_assets("references")):
-        if object_name not in (objects := list_assets("objects")):
+        if object_name not in (objects := list_assets("objects")) and parse_name(object_name) is None:
             raise unknown("object", object_name, objects)
         raise UserError(f"object {object_name!r}: found no references; there are some of {', '.join(names) or 'none'}")
     references = read_references(path := find_asset("references", object_name))

@@ -24,7 +24,7 @@ class EspressoMachine:
     bar: float = ranged(0.008, 0.007, 0.009, "m", "radius of the lever")
     base_mass: float = ranged(1.90, 1.40, 2.40, "kg", _ARCTIC)
     lever_mass: float = ranged(0.10, 0.06, 0.15, "kg", "a steel tube of this size")
-    colours: Colour = chosen((0.58, 0.05, 0.04), (0.04, 0.045, 0.05), (0.78, 0.74, 0.66), (0.08, 0.26, 0.28))
+    colours: Colour = chosen((0.08, 0.26, 0.28), (0.04, 0.045, 0.05), (0.78, 0.74, 0.66), (0.58, 0.05, 0.04))
     """Of the case."""
 
     def blueprint(self) -> Blueprint:

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import trimesh
 
-from artigrasp.assets.object_model import Array, Mesh, PartModel
+from artigrasp.assets.mass import Body, join_bodies
+from artigrasp.assets.object_model import Mesh, PartModel
 from artigrasp.assets.open_set.solids import Solid
 
 _DIGITS = 5
@@ -48,11 +49,8 @@ def make_part(solids: Sequence[Solid], mass: float) -> PartModel:
     shown = [_rounded(solid.shown) for solid in solids]
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in shown)])[:-1]
     pieces = [(_rounded(piece), solid.density) for solid in solids for piece in solid.pieces]
-    com, inertia = _inertia(pieces, mass)
     return PartModel(
-        mass=mass,
-        com=com,
-        inertia=inertia,
+        *_body(pieces, mass),
         vertices=np.concatenate([mesh.vertices for mesh in shown]),
         faces=np.concatenate([mesh.faces + start for mesh, start in zip(shown, starts, strict=True)]),
         pieces=tuple(piece for piece, _ in pieces),
@@ -62,19 +60,17 @@ def make_part(solids: Sequence[Solid], mass: float) -> PartModel:
     )
 
 
-def _inertia(pieces: Sequence[tuple[Mesh, float]], mass: float) -> tuple[Array, Array]:
-    """Centre of mass [m] and inertia about it [kg·m²] of pieces of relative densities."""
-    bodies = [trimesh.Trimesh(piece.vertices, piece.faces, process=False) for piece, _ in pieces]
-    shares = np.array([body.volume * density for body, (_, density) in zip(bodies, pieces, strict=True)])
+def _body(pieces: Sequence[tuple[Mesh, float]], mass: float) -> Body:
+    """The body of pieces of relative densities."""
+    solids = [trimesh.Trimesh(piece.vertices, piece.faces, process=False) for piece, _ in pieces]
+    shares = np.array([solid.volume * density for solid, (_, density) in zip(solids, pieces, strict=True)])
     masses = mass * shares / shares.sum()
-    centres = np.array([body.center_mass for body in bodies])
-    com: Array = masses @ centres / mass
-    inertia = np.zeros((3, 3))
-    for body, share, centre in zip(bodies, masses, centres, strict=True):
-        offset = centre - com
-        inertia += body.moment_inertia * share / body.volume
-        inertia += share * (offset @ offset * np.eye(3) - np.outer(offset, offset))
-    return com, inertia
+    return join_bodies(
+        [
+            Body(float(share), np.array(solid.center_mass), np.array(solid.moment_inertia) * share / solid.volume)
+            for solid, share in zip(solids, masses, strict=True)
+        ]
+    )
 
 
 def _rounded(mesh: Mesh) -> Mesh:

@@ -23,7 +23,7 @@ class WaffleIron:
     grip: float = ranged(0.011, 0.009, 0.012, "m", "half its thickness")
     base_mass: float = ranged(1.00, 0.75, 1.30, "kg", _ARCTIC)
     lid_mass: float = ranged(0.28, 0.18, 0.40, "kg", "ARCTIC's: 0.14 kg, thinner than it looks")
-    colours: Colour = chosen((0.55, 0.03, 0.03), (0.42, 0.44, 0.46), (0.05, 0.26, 0.30), (0.82, 0.72, 0.52))
+    colours: Colour = chosen((0.42, 0.44, 0.46), (0.55, 0.03, 0.03), (0.05, 0.26, 0.30), (0.82, 0.72, 0.52))
     """Of the shells."""
 
     def blueprint(self) -> Blueprint:

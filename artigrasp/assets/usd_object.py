@@ -1,0 +1,144 @@
+"""Hinged objects in USD that others authored: two rigid bodies with meshes, and a revolute joint between them."""
+
+from pathlib import Path
+
+import numpy as np
+from pxr import Gf, Usd, UsdGeom, UsdPhysics
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from artigrasp.assets.imported_object import (
+    Colour,
+    ImportedObject,
+    ImportedPart,
+    closed_angle,
+    moved,
+    revolute_pose,
+)
+from artigrasp.assets.object_model import Array, Mesh
+from artigrasp.assets.usd_stage import open_stage
+from artigrasp.errors import UserError
+
+_UPRIGHT = {UsdGeom.Tokens.z: Rotation.identity(), UsdGeom.Tokens.y: Rotation.from_euler("x", 90, degrees=True)}
+"""From a stage's axes to ours, of which Z is up."""
+
+
+def read_usd_object(path: Path) -> ImportedObject:
+    """Read an object; masses are not taken over, but made of the shapes.
+
+    Raises:
+        UserError: it is no USD, or no object of two bodies on one hinge; says what was found.
+    """
+    stage = open_stage(path)
+    hinges = [prim for prim in stage.Traverse() if prim.IsA(UsdPhysics.RevoluteJoint)]
+    if len(hinges) != 1:
+        found = ", ".join(str(prim.GetPath()) for prim in hinges) or "none"
+        raise UserError(f"{path}: joints: expected one PhysicsRevoluteJoint, the hinge, found {found}")
+    hinge = UsdPhysics.RevoluteJoint(hinges[0])
+    bodies = [_body(stage, path, hinges[0], end) for end in ("body0", "body1")]
+    frames = [_joint_frame(hinge, end) for end in (0, 1)]
+    limits = hinge.GetLowerLimitAttr().Get(), hinge.GetUpperLimitAttr().Get()
+    if not all(limit is not None and np.isfinite(limit) for limit in limits) or not limits[0] < limits[1]:
+        raise UserError(
+            f"{path}: {hinges[0].GetPath()}: expected a lower and an upper limit in degrees, found {limits}"
+        )
+    lower, upper = np.radians(limits)
+    closed, sign = closed_angle(lower, upper)
+    axis: Array = np.eye(3)["XYZ".index(hinge.GetAxisAttr().Get() or "X")]
+    unit, upright = UsdGeom.GetStageMetersPerUnit(stage), _UPRIGHT[UsdGeom.GetStageUpAxis(stage)]
+    # How the base stands in the stage, which says what is up; its place does not matter.
+    standing = upright * _world_pose(bodies[0]).rotation
+    to_base = RigidTransform.from_rotation(standing)
+    from_articulated = frames[0] * revolute_pose(np.zeros(3), axis, closed) * frames[1].inv()
+    poses = to_base, to_base * _scaled(from_articulated, unit)
+    base, articulated = (_read_part(body, pose, unit, path) for body, pose in zip(bodies, poses, strict=True))
+    at_hinge = to_base * _scaled(frames[0], unit)
+    return ImportedObject(
+        path=path,
+        parts=(base, articulated),
+        hinge_origin=at_hinge.translation,
+        hinge_axis=sign * at_hinge.rotation.apply(axis),
+        hinge_upper=float(upper - lower),
+        hinge_damping=0.0,
+        hinge_friction=0.0,
+    )
+
+
+def _body(stage: Usd.Stage, path: Path, hinge: Usd.Prim, end: str) -> Usd.Prim:
+    targets = hinge.GetRelationship(f"physics:{end}").GetTargets()
+    prim = stage.GetPrimAtPath(targets[0]) if len(targets) == 1 else None
+    if not prim:
+        raise UserError(f"{path}: {hinge.GetPath()}.physics:{end}: expected one rigid body, found {len(targets)}")
+    return prim
+
+
+def _joint_frame(joint: UsdPhysics.RevoluteJoint, end: int) -> RigidTransform:
+    """The joint's frame in one of its bodies, in units of the stage."""
+    position = (joint.GetLocalPos0Attr() if end == 0 else joint.GetLocalPos1Attr()).Get() or Gf.Vec3f(0)
+    turn = (joint.GetLocalRot0Attr() if end == 0 else joint.GetLocalRot1Attr()).Get() or Gf.Quatf(1)
+    return RigidTransform.from_components(
+        np.array(position, float), Rotation.from_quat([*turn.GetImaginary(), turn.GetReal()])
+    )
+
+
+def _world_pose(prim: Usd.Prim) -> RigidTransform:
+    matrix = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.Default()).RemoveScaleShear()
+    turn = matrix.ExtractRotationQuat()
+    return RigidTransform.from_components(
+        np.array(matrix.ExtractTranslation()), Rotation.from_quat([*turn.GetImaginary(), turn.GetReal()])
+    )
+
+
+def _scaled(pose: RigidTransform, unit: float) -> RigidTransform:
+    return RigidTransform.from_components(unit * pose.translation, pose.rotation)
+
+
+def _read_part(body: Usd.Prim, pose: RigidTransform, unit: float, path: Path) -> ImportedPart:
+    """The meshes below a body: those with a collision schema collide, others and those that are no guides are seen."""
+    in_body = _world_pose(body).inv()
+    shown: list[tuple[Mesh, Colour | None]] = []
+    solid: list[Mesh] = []
+    for prim in Usd.PrimRange(body, Usd.TraverseInstanceProxies()):
+        if not prim.IsA(UsdGeom.Mesh):
+            continue
+        read = _read_mesh(prim, path)
+        mesh = moved(Mesh(unit * in_body.apply(read.vertices), read.faces), pose)
+        if prim.HasAPI(UsdPhysics.CollisionAPI):
+            solid.append(mesh)
+        if UsdGeom.Imageable(prim).ComputePurpose() != UsdGeom.Tokens.guide:
+            shown.append((mesh, _colour(prim)))
+    if not shown and not solid:
+        raise UserError(f"{path}: {body.GetPath()}: expected meshes below it, found none")
+    return ImportedPart(tuple(shown or [(mesh, None) for mesh in solid]), tuple(solid), None)
+
+
+def _read_mesh(prim: Usd.Prim, path: Path) -> Mesh:
+    """A mesh in the world, in units of the stage; its faces cut into triangles."""
+    mesh = UsdGeom.Mesh(prim)
+    points, counts = np.array(mesh.GetPointsAttr().Get(), float), np.array(mesh.GetFaceVertexCountsAttr().Get())
+    corners = np.array(mesh.GetFaceVertexIndicesAttr().Get())
+    if (
+        points.ndim != 2
+        or not len(points)
+        or counts.sum() != len(corners)
+        or not 0 <= corners.min() <= corners.max() < len(points)
+    ):
+        raise UserError(f"{path}: {prim.GetPath()}: expected points and faces of them")
+    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    faces = [
+        (corners[start], corners[start + at], corners[start + at + 1])
+        for start, count in zip(starts, counts, strict=True)
+        for at in range(1, count - 1)
+    ]
+    matrix = np.array(UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.Default()))
+    mirrored = np.linalg.det(matrix[:3, :3]) < 0
+    left_handed = mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded
+    indices = np.array(faces, np.int64)[:, :: -1 if mirrored != left_handed else 1]
+    return Mesh(points @ matrix[:3, :3] + matrix[3, :3], indices)
+
+
+def _colour(prim: Usd.Prim) -> Colour | None:
+    colours = UsdGeom.Mesh(prim).GetDisplayColorAttr().Get()
+    if not colours:
+        return None
+    red, green, blue = np.mean(np.array(colours, float), axis=0).tolist()
+    return red, green, blue
