@@ -201,7 +201,8 @@ def wrist_reference(
         angle = angle + wp.clamp(goal.angle[world] - angle, -lead, lead)
     elif settings.wrist_prior == _SCHEDULE:
         raised = fraction_between(now, settings.lead_start, settings.lead_end)
-        angle = wp.lerp(goal.start_angle[world], goal.angle[world], raised)
+        end = goal.angle[world] + settings.synergy_scale[_LEAD] * synergy[world, hand, _LEAD]
+        angle = wp.lerp(goal.start_angle[world], end, raised)
     shift, turn = wp.vec3(), wp.vec3()
     for axis in range(3):
         shift[axis] = settings.synergy_scale[axis] * synergy[world, hand, axis]

@@ -45,11 +45,36 @@ def begin_episodes(
 
 
 @wp.kernel
+def keep_references(
+    world_mask: wp.array[int],
+    reference_index: wp.array[int],
+    keep_second: int,
+    # outputs
+    phase_references: wp.array2d[int],
+):
+    """Let the phases of an episode play the reference that was drawn for it; launch with ``dim=W``.
+
+    Args:
+        world_mask: [W] int, 1 where an episode begins.
+        reference_index: [W] int, what was drawn.
+        keep_second: 0 where the phases have a second reference of their own.
+        phase_references: [W, 2] int output.
+    """
+    world = wp.tid()
+    if world_mask[world] == 0:
+        return
+    phase_references[world, 0] = reference_index[world]
+    if keep_second != 0:
+        phase_references[world, 1] = reference_index[world]
+
+
+@wp.kernel
 def latch_actions(
     action: wp.array3d[float],
     phase: PhaseState,
     columns: wp.array2d[int],
     decision_interval: wp.array[int],
+    adds_up: wp.array[int],
     # outputs
     held: wp.array3d[float],
 ):
@@ -62,6 +87,7 @@ def latch_actions(
             and stays zero.
         decision_interval: [P] control steps for which a decision holds; zero where the last one goes on holding,
             negative where the phase does not have the term, which then is zero.
+        adds_up: [P] int, 1 where every decision after the first is added to those before it.
         held: [W, H, K] output, the decisions in force.
     """
     world, hand = wp.tid()
@@ -73,9 +99,12 @@ def latch_actions(
     elif interval > 0 and phase.decision_step[world] % interval == 0:
         for number in range(held.shape[2]):
             column = columns[index, number]
+            before = held[world, hand, number]
+            if adds_up[index] == 0 or phase.decision_step[world] == 0:
+                before = 0.0
             held[world, hand, number] = 0.0
             if column >= 0:
-                held[world, hand, number] = action[world, hand, column]
+                held[world, hand, number] = before + action[world, hand, column]
 
 
 @wp.kernel

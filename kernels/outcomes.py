@@ -1,14 +1,27 @@
-"""Reward of the outcome: how far hinge and base are from their goals over the episode and at its end."""
+"""Reward of the outcome: where hinge and base are over the episode and at its end, and where they should be."""
 
 import warp as wp
 
+from .rotations import quat_to_rotation_vector
 from .states import Goal, ObjectState
 
 wp.set_module_options({"enable_backward": False})
 
-OUTCOME_TERMS = ("outcome_error", "outcome_mean_error", "outcome_success", "outcome_displacement")
-"""Final hinge angle error, mean hinge angle error, success at the end, and mean displacement of the base from its
-start; not in the paper."""
+OUTCOME_TERMS = (
+    "outcome_error",
+    "outcome_mean_error",
+    "outcome_success",
+    "outcome_displacement",
+    "outcome_lift",
+    "outcome_position_error",
+    "outcome_rotation_error",
+)
+"""Of the hinge: final error, mean error, and success at the end. Of the base: mean displacement from its start, whether
+it is lifted at the end, and its final distance and angle from its target. None is in the paper."""
+OutcomeWeights = wp.types.vector(length=len(OUTCOME_TERMS), dtype=float)
+
+FARTHEST = wp.constant(0.5)
+"""Final errors of the base beyond this count as this [m, rad]: a dropped object is lost, wherever it lies."""
 
 
 @wp.kernel
@@ -18,7 +31,8 @@ def add_outcome_reward(
     step: wp.array[int],
     episode_steps: int,
     opened_angle: float,
-    weights: wp.vec4,
+    lifted_height: float,
+    weights: OutcomeWeights,
     # outputs
     terms: wp.array3d[float],
     total: wp.array2d[float],
@@ -30,20 +44,26 @@ def add_outcome_reward(
         step: [W] control steps done; the last one is ``episode_steps``.
         episode_steps: control steps per episode.
         opened_angle: change of the angle that counts as success, rad.
-        weights: of `OUTCOME_TERMS`: 1/rad, 1/rad, 1, 1/m.
-        terms: [W, H, 4] output, weighted.
+        lifted_height: height over the start from which the base counts as lifted, m.
+        weights: of `OUTCOME_TERMS`: 1/rad, 1/rad, 1, 1/m, 1, 1/m, 1/rad.
+        terms: [W, H, 7] output, weighted.
         total: [W, H] their sum is added to it.
     """
     world, hand = wp.tid()
     active = float(goal.active[world, hand])
     error = wp.abs(goal.angle[world] - object_state.hinge_q[world])
     change = wp.abs(object_state.hinge_q[world] - goal.start_angle[world])
-    start = wp.transform_get_translation(goal.start_object_pose[world])
-    displacement = wp.length(wp.transform_get_translation(object_state.pose[world]) - start)
+    pose, start, target = object_state.pose[world], goal.start_object_pose[world], goal.target_object_pose[world]
+    offset = wp.transform_get_translation(pose) - wp.transform_get_translation(start)
+    distance = wp.length(wp.transform_get_translation(pose) - wp.transform_get_translation(target))
+    turn = wp.transform_get_rotation(pose) * wp.quat_inverse(wp.transform_get_rotation(target))
     last = wp.where(step[world] >= episode_steps, active, 0.0)
     terms[world, hand, 0] = -weights[0] * error * last
     terms[world, hand, 1] = -weights[1] * error * active / float(episode_steps)
     terms[world, hand, 2] = weights[2] * wp.where(change > opened_angle, last, 0.0)
-    terms[world, hand, 3] = -weights[3] * displacement * active / float(episode_steps)
+    terms[world, hand, 3] = -weights[3] * wp.length(offset) * active / float(episode_steps)
+    terms[world, hand, 4] = weights[4] * wp.where(offset[2] > lifted_height, last, 0.0)
+    terms[world, hand, 5] = -weights[5] * wp.min(distance, FARTHEST) * last
+    terms[world, hand, 6] = -weights[6] * wp.min(wp.length(quat_to_rotation_vector(turn)), FARTHEST) * last
     for term in range(terms.shape[2]):
         total[world, hand] += terms[world, hand, term]

@@ -2,11 +2,11 @@
 
 from artigrasp.config import CurriculumConfig, TaskConfig
 from artigrasp.errors import unknown
-from artigrasp.tasks import artigrasp, right_fixed_synergy, right_free_replay
+from artigrasp.tasks import artigrasp, both_grasp_replay, right_fixed_synergy, right_free_replay
 
 TASKS: dict[str, TaskConfig] = {
     task.name: task
-    for family in (artigrasp.TASKS, right_fixed_synergy.TASKS, right_free_replay.TASKS)
+    for family in (artigrasp.TASKS, right_fixed_synergy.TASKS, right_free_replay.TASKS, both_grasp_replay.TASKS)
     for task in family
 }
 """All tasks by name."""

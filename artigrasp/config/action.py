@@ -30,6 +30,8 @@ class SynergyConfig:
     """How far the wrist moves as the fingers close, towards the other hand or, alone, to where its palm looks [m]."""
     decision_interval: int = 300
     """Control steps for which one decision holds; an episode's length makes it one decision per episode."""
+    adds_up: bool = False
+    """Whether later decisions of an episode are added to those before: zero then holds on to them."""
 
     def __post_init__(self) -> None:
         scales = ("wrist_translation", "wrist_rotation", "finger_flexion", "thumb", "hinge_lead", "squeeze", "press")

@@ -25,8 +25,10 @@ class ReplayConfig:
     """Batches that the critics learn from per iteration; the actor learns from every second one."""
     batch_size: int = 256
     """Decisions in a batch."""
-    random_iterations: int = 6
+    random_iterations: int = 8
     """Iterations at the start in which decisions are drawn at random, with the initial deviation of PPO."""
+    random_share: float = 1.0
+    """Share of the decisions that are drawn then; the others are zero."""
     exploration: float = 0.4
     """Standard deviation of what is tried around the actor's decision."""
     candidate_count: int = 8
@@ -35,11 +37,11 @@ class ReplayConfig:
     """Standard deviations between the critics that the actor subtracts from their mean."""
     action_cost: float = 0.004
     """Cost of the square of each action, which keeps the actor near the prior where nothing speaks against it."""
-    target_rate: float = 0.01
-    """Share by which the critics that judge what follows approach those that learn, per batch."""
+    average_rate: float = 0.01
+    """Share by which the actor that acts and the critics that judge what follows approach those that learn, per batch."""
 
     def __post_init__(self) -> None:
         require_positive(self, "critic_count", "critic_size", "critic_rate", "actor_rate", "updates", "batch_size")
-        require_positive(self, "candidate_count", "target_rate")
+        require_positive(self, "candidate_count", "average_rate")
         require_not_negative(self, "weight_decay", "random_iterations", "exploration", "doubt", "action_cost")
-        require_fraction(self, "dropout", "target_rate")
+        require_fraction(self, "dropout", "average_rate", "random_share")

@@ -40,11 +40,17 @@ class RewardConfig:
     """Success at the end of the episode; not in the paper."""
     outcome_displacement: float = 0.0
     """Distance of the base from its start averaged over the episode [1/m]; not in the paper."""
+    outcome_lift: float = 0.0
+    """Whether the object is lifted at the end of the episode; not in the paper."""
+    outcome_position_error: float = 0.0
+    """Distance of the base from its target at the end, up to 0.5 m [1/m]; not in the paper."""
+    outcome_rotation_error: float = 0.0
+    """Angle between the base and its target at the end, up to 0.5 rad [1/rad]; not in the paper."""
 
     @property
     def rewards_outcome(self) -> bool:
         """Whether an outcome term counts, which makes the end of an episode part of the task and no mere time limit."""
-        return any((self.outcome_error, self.outcome_mean_error, self.outcome_success, self.outcome_displacement))
+        return any(getattr(self, field.name) for field in fields(self) if field.name.startswith("outcome_"))
 
     def __post_init__(self) -> None:
         require_not_negative(self, *(field.name for field in fields(self)))

@@ -47,6 +47,9 @@ class TaskConfig:
     """Kinds of references that the task draws from."""
     episode_steps: int = 300
     """Control steps per episode."""
+    sequence: Literal["grasping"] | None = None
+    """Sequence of `tasks.sequences` that an episode is in training, with targets in the air; None for a single phase,
+    the task's own. The policy acts in the phases of its kinds."""
     include_hinge_features: bool = True
     """Whether the policy sees the hinge (the paper's I_art), which one ablation leaves out."""
     world_count: int = 2000

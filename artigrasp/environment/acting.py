@@ -16,11 +16,12 @@ from artigrasp.kernels.layout import DOF_COUNT
 
 @dataclass(frozen=True)
 class ActionTerm:
-    """One term of the action: the decisions in force and, for every phase, its columns and how long they hold."""
+    """One term of the action: the decisions in force and, for every phase, its columns and how decisions hold."""
 
     held: wp.array
     columns: wp.array
     decision_interval: wp.array
+    adds_up: wp.array
 
 
 class Acting:
@@ -55,7 +56,9 @@ class Acting:
         self.stiffness, self.damping = (wp.zeros((*shape, 3), dtype=float, device=device) for _ in range(2))
         self._terms = [
             ActionTerm(
-                held, *(wp.array(column, dtype=int, device=device) for column in tables.term_columns(phases, name))
+                held,
+                *(wp.array(column, dtype=int, device=device) for column in tables.term_columns(phases, name)),
+                wp.array(tables.term_adds_up(phases, name), dtype=int, device=device),
             )
             for name, held in (("synergy", self.synergy), ("residual", self.residual))
             if any(name in phase.action.terms for phase in phases)
@@ -77,7 +80,7 @@ class Acting:
             record(
                 episodes.latch_actions,
                 worlds.every_hand,
-                [self._action[rows], phase, term.columns, term.decision_interval, term.held[rows]],
+                [self._action[rows], phase, term.columns, term.decision_interval, term.adds_up, term.held[rows]],
                 self._device,
             )
             for term in self._terms

@@ -113,7 +113,8 @@ class Environment:
         )
         self._rewarding = Rewarding(task, self._bystanders.object_mass, self.hand_count)
         ranges = self.simulation.torque_rows
-        self._measuring = Measuring(self.world_count, len(ranges), self.device)
+        opens = any(phase.opens for phase in self.phases)
+        self._measuring = Measuring(self.world_count, len(ranges), opens, self.device)
         self.features = self._zeros(float, self.hand_count, FEATURE_COUNT)
         self.step_count, self.episode = self._zeros(int), self._zeros(int)
         self._every_world = wp.full(self.world_count, 1, dtype=int, device=self.device)

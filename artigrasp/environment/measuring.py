@@ -13,6 +13,9 @@ from artigrasp.kernels import metrics, states
 OPENED_ANGLE = 0.3
 """Change of the hinge angle that counts as articulated [rad] (paper, Metrics)."""
 
+LIFTED_HEIGHT = 0.1
+"""Height over its start of an object that counts as lifted [m] (paper, Metrics)."""
+
 
 def describe_failures(counts: Mapping[str, int]) -> str:
     """Counts by :meth:`Measuring.failure_counts` in words; empty if nothing failed."""
@@ -27,15 +30,16 @@ class Measuring:
         metrics: What was measured since the resets.
     """
 
-    def __init__(self, world_count: int, range_count: int, device: str) -> None:
+    def __init__(self, world_count: int, range_count: int, opens: bool, device: str) -> None:
         """Allocate.
 
         Args:
             world_count: Number of worlds.
             range_count: Ranges of worlds that threads of their own measure.
+            opens: Whether an episode succeeds that opens the object, or else one that lifts it.
             device: Warp device.
         """
-        self._device = device
+        self._device, self._opens = device, opens
         self.metrics = metrics.episode_metrics(world_count, device)
         self._limits = tables.metric_limits(OPENED_ANGLE)
         self._failure_count = wp.zeros((range_count, len(metrics.FAILURES)), dtype=int, device=device)
@@ -79,8 +83,10 @@ class Measuring:
         summary = {name: array.numpy().astype(np.float64) for name, array in measured.items()}
         failed = self.metrics.failure.numpy() != 0
         summary["failed"] = failed.astype(np.float64)
-        opened = np.abs(summary["final_angle"] - summary["start_angle"]) > OPENED_ANGLE
-        summary["success"] = (opened & ~failed).astype(np.float64)
+        achieved = summary["lift"] > LIFTED_HEIGHT
+        if self._opens:
+            achieved = np.abs(summary["final_angle"] - summary["start_angle"]) > OPENED_ANGLE
+        summary["success"] = (achieved & ~failed).astype(np.float64)
         return summary
 
     def failure_counts(self) -> dict[str, int]:

@@ -10,7 +10,7 @@ from artigrasp.environment import tables
 from artigrasp.environment.acting import Acting
 from artigrasp.environment.world_range import record
 from artigrasp.environment.worlds import WorldPlan
-from artigrasp.kernels import phases, resets, states
+from artigrasp.kernels import episodes, phases, resets, states
 from artigrasp.simulation.state import SimulationState
 
 
@@ -65,15 +65,16 @@ class PhaseMachine:
         self.outcome = wp.zeros((worlds.world_count, len(self.phases)), dtype=int, device=self._device)
         self.reference_index = wp.zeros(worlds.world_count, dtype=int, device=self._device)
         self.begins = wp.zeros(worlds.world_count, dtype=int, device=self._device)
+        self._has_second = worlds.second_reference is not None
         second = worlds.first_reference if worlds.second_reference is None else worlds.second_reference
         both = np.stack([worlds.first_reference, second], axis=1)
-        references_of_world = wp.array(both, dtype=int, device=self._device)
+        self._references_of_world = wp.array(both, dtype=int, device=self._device)
         hands, objects = physics.hands, physics.objects
         end = [
             hands, objects, goal, acting.target, self._table, self._limits, self.state, self.outcome, self.begins,
         ]  # fmt: skip
         begin = [
-            self.begins, references, references_of_world, self._table, self._limits, hand_model, objects,
+            self.begins, references, self._references_of_world, self._table, self._limits, hand_model, objects,
             self.reference_index, hands, goal, self.state,
         ]  # fmt: skip
         self._change = [
@@ -82,7 +83,13 @@ class PhaseMachine:
         ]
 
     def begin_episodes(self, world_mask: wp.array) -> None:
-        """Forget what became of phases, and set what the first asks, where the mask (int, [W]) is not zero."""
+        """Keep the references drawn, forget what became of phases, and set what the first asks.
+
+        Args:
+            world_mask: Int, [W], not zero where episodes begin.
+        """
+        drawn = [world_mask, self.reference_index, int(not self._has_second)]
+        wp.launch(episodes.keep_references, world_mask.shape, drawn, [self._references_of_world], device=self._device)
         wp.launch(phases.reset_outcomes, world_mask.shape, [world_mask], [self.outcome], device=self._device)
         self._set_goal(world_mask)
 

@@ -4,7 +4,7 @@ import warp as wp
 
 from artigrasp.config import TaskConfig
 from artigrasp.environment import tables
-from artigrasp.environment.measuring import OPENED_ANGLE
+from artigrasp.environment.measuring import LIFTED_HEIGHT, OPENED_ANGLE
 from artigrasp.environment.world_range import WorldRange, record
 from artigrasp.kernels import outcomes, rewards
 
@@ -44,8 +44,8 @@ class Rewarding:
         launches = [record(rewards.compute_rewards, worlds.every_hand, arguments, self._device)]
         if self._outcome_weights is not None:
             arguments = [
-                objects, worlds.goal, worlds.step_count, self._task.episode_steps, OPENED_ANGLE, self._outcome_weights,
-                self._outcome_terms[rows], reward,
+                objects, worlds.goal, worlds.step_count, self._task.episode_steps, OPENED_ANGLE, LIFTED_HEIGHT,
+                self._outcome_weights, self._outcome_terms[rows], reward,
             ]  # fmt: skip
             launches.append(record(outcomes.add_outcome_reward, worlds.every_hand, arguments, self._device))
         return launches

@@ -151,10 +151,10 @@ def reward_weights(config: RewardConfig) -> rewards.RewardWeights:
     return weights
 
 
-def outcome_weights(config: RewardConfig) -> wp.vec4 | None:
+def outcome_weights(config: RewardConfig) -> outcomes.OutcomeWeights | None:
     """Weights of the outcome terms, or None if none of them counts."""
     weights = [getattr(config, name) for name in outcomes.OUTCOME_TERMS]
-    return wp.vec4(*weights) if config.rewards_outcome else None
+    return outcomes.OutcomeWeights(*weights) if config.rewards_outcome else None
 
 
 def metric_limits(opened_angle: float) -> metrics.MetricLimits:
@@ -279,6 +279,12 @@ def term_columns(configs: Sequence[PhaseConfig], name: str) -> tuple[list[list[i
         interval = terms[name].decision_interval if name in terms else -1
         intervals.append(interval if config.decides else 0)
     return columns, intervals
+
+
+def term_adds_up(configs: Sequence[PhaseConfig], name: str) -> list[int]:
+    """For every phase, 1 where later decisions of a term are added to those before, see `latch_actions`."""
+    synergies = [config.action.synergy if name == "synergy" else None for config in configs]
+    return [int(synergy is not None and synergy.adds_up) for synergy in synergies]
 
 
 def synergy_basis(sides: Sequence[str], device: str) -> wp.array:

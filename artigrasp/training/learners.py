@@ -130,6 +130,8 @@ class HandLearner:
     def start_from(self, actor: dict[str, torch.Tensor], state: dict[str, Any] | None) -> None:
         """Begin with the networks of another training; see :meth:`Learners.start_from`."""
         self.algorithm.actor.load_state_dict(actor)
+        if isinstance(self.algorithm, Replay):
+            self.algorithm.learn_on_from_actor()
         if isinstance(self.algorithm, PPO) and state is not None and "critic" in state:
             self.algorithm.critic.load_state_dict(state["critic"])
 

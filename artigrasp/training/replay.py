@@ -49,7 +49,7 @@ class Replay:
     """Actor, critics and everything that was tried; used as rsl-rl's PPO is, whose methods it shares.
 
     Attributes:
-        actor: The network that acts, as PPO's.
+        actor: The network that acts, as PPO's: the running average of the one that learns.
         iteration: Iterations done.
     """
 
@@ -70,8 +70,11 @@ class Replay:
         self.critics = Critics(replay.critic_count, inputs, replay.critic_size, replay.dropout)
         self._target_critics = copy.deepcopy(self.critics)
         self._init_std, self._action_count, self.iteration = ppo.init_std, action_count, 0
+        self._learning_actor = copy.deepcopy(self.actor.mlp)
         decay = replay.weight_decay
-        self._actor_optimizer = torch.optim.AdamW(self.actor.mlp.parameters(), lr=replay.actor_rate, weight_decay=decay)
+        self._actor_optimizer = torch.optim.AdamW(
+            self._learning_actor.parameters(), lr=replay.actor_rate, weight_decay=decay
+        )
         self._critic_optimizer = torch.optim.AdamW(self.critics.parameters(), lr=replay.critic_rate, weight_decay=decay)
         self._memory: list[tuple[torch.Tensor, ...]] = []
         self._pending: tuple[torch.Tensor, ...] | None = None
@@ -87,7 +90,8 @@ class Replay:
         self._follow(rows)
         if self.iteration < self.settings.random_iterations:
             self.actor.update_normalization(observations)
-            actions = self._init_std * torch.randn(len(rows), self._action_count)
+            drawn = torch.rand(len(rows), 1) < self.settings.random_share
+            actions = drawn * self._init_std * torch.randn(len(rows), self._action_count)
         else:
             actions = self._explore(self.actor.obs_normalizer(rows))
         self._decision = (rows, actions)
@@ -138,6 +142,7 @@ class Replay:
     def state_dict(self) -> dict[str, Any]:
         """Everything but the actor."""
         return {
+            "learning_actor": self._learning_actor.state_dict(),
             "critics": self.critics.state_dict(),
             "target_critics": self._target_critics.state_dict(),
             "actor_optimizer": self._actor_optimizer.state_dict(),
@@ -148,12 +153,17 @@ class Replay:
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Take up :meth:`state_dict`; the actor is loaded by itself."""
+        self._learning_actor.load_state_dict(state["learning_actor"])
         self.critics.load_state_dict(state["critics"])
         self._target_critics.load_state_dict(state["target_critics"])
         self._actor_optimizer.load_state_dict(state["actor_optimizer"])
         self._critic_optimizer.load_state_dict(state["critic_optimizer"])
         self._memory = [tuple(state["memory"][name] for name in COLUMNS)]
         self.iteration = int(state["iteration"])
+
+    def learn_on_from_actor(self) -> None:
+        """Learn on from the weights that the actor was given."""
+        self._learning_actor.load_state_dict(self.actor.mlp.state_dict())
 
     def _explore(self, seen: torch.Tensor) -> torch.Tensor:
         """The best of the actor's decision and candidates around it in the eyes of one critic for each row."""
@@ -192,18 +202,23 @@ class Replay:
         self._critic_optimizer.zero_grad()
         loss.backward()
         self._critic_optimizer.step()
-        with torch.no_grad():
-            for own, target in zip(self.critics.parameters(), self._target_critics.parameters(), strict=True):
-                target.lerp_(own, self.settings.target_rate)
+        self._approach(self.critics, self._target_critics)
         return float(loss.detach())
 
     def _learn_actor(self, seen: torch.Tensor) -> float:
         self.critics.eval()
-        actions = self.actor.mlp(seen)
+        actions = self._learning_actor(seen)
         values = self.critics(seen, actions)
         worth = values.mean(dim=0) - self.settings.doubt * values.std(dim=0)
         loss = (self.settings.action_cost * actions.square().sum(dim=-1) - worth).mean()
         self._actor_optimizer.zero_grad()
         loss.backward()
         self._actor_optimizer.step()
+        self._approach(self._learning_actor, self.actor.mlp)
         return float(loss.detach())
+
+    def _approach(self, learning: nn.Module, average: nn.Module) -> None:
+        """Let an average follow the weights that learn."""
+        with torch.no_grad():
+            for own, followed in zip(average.parameters(), learning.parameters(), strict=True):
+                own.lerp_(followed, self.settings.average_rate)

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from artigrasp.config import SimulatorConfig
-from artigrasp.environment.make import make_environment
 from artigrasp.training.evaluation import EvaluationPoint, PeriodicEvaluation
 from artigrasp.training.learning_curve import CurvePoint
+from artigrasp.training.make import make_training_environment
 from artigrasp.training.processes import ALONE, Processes
 from artigrasp.training.run_folder import CurriculumDescription, RunDescription, write_run_description
 from artigrasp.training.runner import CHECKPOINT, POLICY, IterationReport, Runner
@@ -74,7 +74,7 @@ def train_run(
     simulator = replace(simulator, threads=simulator.threads or os.cpu_count() or 1)
     task = replace(run.task, world_count=processes.share(run.task.world_count))
     seed = run.seed + processes.rank * _PROCESS_STRIDE
-    environment = make_environment(task, run.objects, split=run.split, seed=seed, simulator=simulator)
+    environment = make_training_environment(task, run.objects, split=run.split, seed=seed, simulator=simulator)
     evaluation = None
     if task.ppo.evaluation_interval:
         split = run.evaluation_split or run.split

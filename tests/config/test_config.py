@@ -54,6 +54,9 @@ def test_defaults_are_the_papers() -> None:
         "outcome_mean_error": 0.0,
         "outcome_success": 0.0,
         "outcome_displacement": 0.0,
+        "outcome_lift": 0.0,
+        "outcome_position_error": 0.0,
+        "outcome_rotation_error": 0.0,
     }
 
 

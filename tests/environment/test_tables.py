@@ -104,7 +104,7 @@ def test_rewards_are_the_tasks() -> None:
     assert weights.hand_linear_velocity == weights.hand_angular_velocity == pytest.approx(0.7)
     assert weights.angle == pytest.approx(2.0)
     assert tables.outcome_weights(RewardConfig()) is None
-    assert list(tables.outcome_weights(RewardConfig(outcome_success=0.5))) == [0.0, 0.0, 0.5]
+    assert list(tables.outcome_weights(RewardConfig(outcome_success=0.5))) == [0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0]
 
 
 def test_phases_have_their_own_gains_and_aims() -> None:

@@ -5,7 +5,7 @@ import pytest
 import warp as wp
 
 from artigrasp.kernels import states
-from artigrasp.kernels.episodes import advance_steps, begin_episodes, latch_actions
+from artigrasp.kernels.episodes import advance_steps, begin_episodes, keep_references, latch_actions
 
 WORLD_COUNT = 400
 FIRST, COUNT = 3, 5
@@ -55,6 +55,17 @@ def test_a_count_of_one_fixes_the_reference() -> None:
     np.testing.assert_array_equal(outputs["reference_index"], FIRST)
 
 
+@pytest.mark.parametrize("keep_second", [0, 1])
+def test_phases_play_the_reference_that_was_drawn(keep_second: int) -> None:
+    """Where an episode begins, it is their first one, and their second one unless they have another."""
+    mask, drawn, before = np.array([1, 0, 1]), np.array([5, 6, 7]), np.array([[1, 2], [1, 2], [1, 2]])
+    references = wp.array(before, dtype=int)
+    inputs = [wp.array(mask, dtype=int), wp.array(drawn, dtype=int), keep_second]
+    wp.launch(keep_references, dim=3, inputs=inputs, outputs=[references])
+    expected = [[5, 5], [1, 2], [7, 7]] if keep_second else [[5, 2], [1, 2], [7, 2]]
+    np.testing.assert_array_equal(references.numpy(), expected)
+
+
 @pytest.mark.parametrize("interval", [1, 4])
 def test_decisions_hold_for_their_interval(interval: int) -> None:
     """A term takes its own columns of the action, and only when a decision is due."""
@@ -77,8 +88,19 @@ def test_every_phase_has_its_own_terms() -> None:
     assert (found[phase == 3] == 0.0).all()
 
 
+def test_decisions_may_add_up() -> None:
+    """The first decision of an episode stands alone; each later one is added to what holds."""
+    step = np.arange(9)
+    action, held, found = latch(np.zeros(9), step, columns=[[6, -1, 8]], interval=[4], adds_up=[1])
+    np.testing.assert_array_equal(found[0][:, [0, 2]], action[0][:, [6, 8]])
+    for due in (4, 8):
+        expected = held[due][:, [0, 2]] + action[due][:, [6, 8]]
+        np.testing.assert_allclose(found[due][:, [0, 2]], expected, rtol=1e-6)
+    np.testing.assert_array_equal(found[step % 4 != 0], held[step % 4 != 0])
+
+
 def latch(
-    phase: np.ndarray, step: np.ndarray, columns: list[list[int]], interval: list[int]
+    phase: np.ndarray, step: np.ndarray, columns: list[list[int]], interval: list[int], adds_up: list[int] | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """An action of 10 columns, the 3 decisions in force before, and those after."""
     rng = np.random.default_rng(0)
@@ -89,7 +111,8 @@ def latch(
     state.index.assign(phase.astype(np.int32))
     state.decision_step.assign(step.astype(np.int32))
     array = wp.array(held, dtype=float)
-    settings = [wp.array(columns, dtype=int), wp.array(interval, dtype=int)]
+    sums = adds_up or [0] * len(interval)
+    settings = [wp.array(columns, dtype=int), wp.array(interval, dtype=int), wp.array(sums, dtype=int)]
     wp.launch(latch_actions, dim=(worlds, 2), inputs=[wp.array(action, dtype=float), state, *settings], outputs=[array])
     return action, held, array.numpy()
 

@@ -126,7 +126,7 @@ def test_a_learner_goes_on_where_another_stopped() -> None:
         assert torch.equal(value, second.actor.state_dict()[name]), name
 
 
-@pytest.mark.parametrize("name", ["dropout", "target_rate"])
+@pytest.mark.parametrize("name", ["dropout", "average_rate"])
 def test_shares_are_shares(name: str) -> None:
     """Settings out of range are refused."""
     with pytest.raises(FieldError, match=name):
