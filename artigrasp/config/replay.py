@@ -38,7 +38,7 @@ class ReplayConfig:
     action_cost: float = 0.004
     """Cost of the square of each action, which keeps the actor near the prior where nothing speaks against it."""
     average_rate: float = 0.01
-    """Share by which the actor that acts and the critics that judge what follows approach those that learn, per batch."""
+    """Share by which the actor that acts, and critics that judge what follows, approach those that learn, per batch."""
 
     def __post_init__(self) -> None:
         require_positive(self, "critic_count", "critic_size", "critic_rate", "actor_rate", "updates", "batch_size")
