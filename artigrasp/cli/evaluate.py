@@ -47,6 +47,8 @@ class Options:
     """What acts: policy, pd-ik, d-grasp, search (64 rollouts around pd-ik) or zero (the task's prior alone)."""
     policy: str | None = None
     """Policy: a file, or a name of `artigrasp list policies`."""
+    grasp_policy: str | None = None
+    """Policy that acts in its place where a sequence grasps and carries: in the protocols grasping and composed."""
     task: str | None = None
     """Task to play: by default the policy's, without one right-fixed."""
     objects: tuple[str, ...] = ("lidded-box",)
@@ -79,7 +81,10 @@ def run(options: Options) -> int:
     """Measure and write the report."""
     from artigrasp.references.reference import load_references
 
-    policy = find_policy(options.policy) if options.policy is not None else None
+    policy, grasp_policy = (
+        None if each is None else find_policy(each) for each in (options.policy, options.grasp_policy)
+    )
+    brought = [each for each in (policy, grasp_policy) if each is not None]
     references = [load_references(name) for name in options.objects]
     check_target(options.out / "metrics.json")
     if options.per_object is not None and options.per_object < 1:
@@ -103,14 +108,16 @@ def run(options: Options) -> int:
     protocol = replace(protocol, experiments=tuple(instead[each.name] for each in protocol.experiments))
     if options.split is not None:
         protocol = replace(protocol, splits=(options.split,))
-    if protocol.unseen_objects and policy is not None:
-        seen = set(options.objects) & set(load_policy(policy).objects)
-        if seen:
-            raise UserError(f"objects: expected objects that {policy} has not seen, found {', '.join(sorted(seen))}")
-    task = played_task(options.task, policy)
+    for each in brought if protocol.unseen_objects else ():
+        if seen := set(options.objects) & set(load_policy(each).objects):
+            raise UserError(f"objects: expected objects that {each} has not seen, found {', '.join(sorted(seen))}")
+    if grasp_policy is not None and any(not each.sequence for each in protocol.experiments):
+        raise UserError(f"grasp-policy: expected a protocol of sequences only, found {options.protocol}")
+    task = played_task(options.task, brought[0] if brought else None)
     wanted = dict.fromkeys([(options.controller, options.search), *((name, 0) for name in options.baselines)])
     controllers = [
-        load_controller(name, task=task, policy=policy, search=search, seed=options.seed) for name, search in wanted
+        load_controller(name, task=task, policy=policy, grasp_policy=grasp_policy, search=search, seed=options.seed)
+        for name, search in wanted
     ]
     shard = Shard.from_environment()
     threads = options.simulator.threads or max(1, (os.cpu_count() or 1) // shard.count)
@@ -129,7 +136,7 @@ def run(options: Options) -> int:
                     split=split,
                     seed=options.seed,
                     per_object=options.per_object,
-                    policy=str(policy) if policy is not None and controller.name.startswith("policy") else None,
+                    policies=[str(each) for each in brought] if controller.name.startswith("policy") else [],
                     world_count=options.worlds,
                     chunk_folder=options.out / CHUNKS,
                     shard=shard,

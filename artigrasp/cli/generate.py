@@ -49,6 +49,8 @@ class Options:
     the policy if there is one, else pd-ik."""
     policy: str | None = None
     """Policy of the controller "policy": a file, or a name of `artigrasp list policies`."""
+    grasp_policy: str | None = None
+    """Policy that acts in its place where a sequence grasps and carries."""
     task: str | None = None
     """Task to play: by default the policy's, without one right-fixed, or both-free for a sequence."""
     search: int = 0
@@ -68,7 +70,11 @@ def run(options: Options) -> int:
     from artigrasp.assets.object import load_object
     from artigrasp.references.reference import join_references, load_references
 
-    policy = find_policy(options.policy) if options.policy is not None else None
+    policy, grasp_policy = (
+        None if each is None else find_policy(each) for each in (options.policy, options.grasp_policy)
+    )
+    if grasp_policy is not None and options.sequence is None:
+        raise UserError("grasp-policy: expected a --sequence in which it acts, found none")
     references = load_references(options.object)
     reference = references.select(split=options.split, kind="articulate", indices=options.reference)
     if options.sequence is not None:
@@ -85,7 +91,8 @@ def run(options: Options) -> int:
     from artigrasp.motion.generate import generate
     from artigrasp.tasks.sequences import SEQUENCES
 
-    name = options.controller or ("pd-ik" if policy is None else "policy")
+    brought = policy or grasp_policy
+    name = options.controller or ("pd-ik" if brought is None else "policy")
     whole: dict[str, Any] = {}
     if options.sequence is not None:
         first, second = (grasp, reference) if options.sequence.startswith("grasp") else (reference, grasp)
@@ -94,8 +101,10 @@ def run(options: Options) -> int:
         offset = (*options.target_shift, 0.0, 0.0, math.sin(half), math.cos(half))
         sequence = SEQUENCES[options.sequence]
         whole = {"sequence": sequence, "target_offset": offset, "retry_count": options.retries}
-    task = played_task(options.task or (None if options.sequence is None or policy else "both-free"), policy)
-    controller = load_controller(name, task=task, policy=policy, search=options.search, seed=options.seed)
+    task = played_task(options.task or (None if options.sequence is None or brought else "both-free"), brought)
+    controller = load_controller(
+        name, task=task, policy=policy, grasp_policy=grasp_policy, search=options.search, seed=options.seed
+    )
     total_steps = (
         (1 + options.retries) * sum(each.most_steps for each in sequence) if whole else controller.task.episode_steps
     )

@@ -38,6 +38,8 @@ class PhaseConfig:
     retry_from: str | None = None
     """Phase to go back to after a failure, while there are tries left; without one the next phase follows. Where the
     object is carried, hands go back only for one that they have dropped."""
+    first_column: int = 0
+    """Where what is decided for the phase begins in the controller's action."""
     action: ActionConfig = ActionConfig(residual=None)
     """Priors, and what a policy decides."""
     gains: PDGains = PDGains()
@@ -45,6 +47,6 @@ class PhaseConfig:
 
     def __post_init__(self) -> None:
         require_positive(self, "most_steps")
-        require_not_negative(self, "least_steps", "lift")
+        require_not_negative(self, "least_steps", "lift", "first_column")
         if self.least_steps > self.most_steps:
             raise FieldError.mismatch("least_steps", f"at most most_steps ({self.most_steps})", self.least_steps)

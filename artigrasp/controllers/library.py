@@ -13,6 +13,7 @@ from artigrasp.controllers.controller import (
 from artigrasp.controllers.cross_entropy import CrossEntropySettings
 from artigrasp.controllers.policy_file import load_policy
 from artigrasp.controllers.search import SearchController
+from artigrasp.controllers.skills import Team
 from artigrasp.errors import UserError, unknown
 
 CONTROLLERS = ("policy", "pd-ik", "d-grasp", "zero", "search")
@@ -23,7 +24,13 @@ SEARCH_ROLLOUTS = 64
 
 
 def load_controller(
-    name: str, *, task: TaskConfig, policy: Path | None = None, search: int = 0, seed: int = 0
+    name: str,
+    *,
+    task: TaskConfig,
+    policy: Path | None = None,
+    grasp_policy: Path | None = None,
+    search: int = 0,
+    seed: int = 0,
 ) -> Controller:
     """Make a controller.
 
@@ -31,6 +38,7 @@ def load_controller(
         name: One of ``CONTROLLERS``; ``search`` is a search around PD+IK.
         task: Scene of a controller that has no policy; a policy brings its own task.
         policy: Policy file of the controller ``policy``.
+        grasp_policy: One that takes its place in the phases of a sequence in which objects are grasped and carried.
         search: Rollouts of a search around the controller, see :class:`SearchController`; 0 for none, which for the
             controller ``search`` means ``SEARCH_ROLLOUTS``.
         seed: Of a search.
@@ -41,9 +49,7 @@ def load_controller(
     rollouts = search
     controller: Controller
     if name == "policy":
-        if policy is None:
-            raise UserError("controller: 'policy' needs a policy file: name one with --policy")
-        controller = PolicyController(load_policy(policy))
+        controller = _load_policies(policy, grasp_policy)
     elif name == "pd-ik":
         controller = pd_ik_controller(task)
     elif name == "d-grasp":
@@ -56,4 +62,14 @@ def load_controller(
         raise unknown("controller", name, CONTROLLERS)
     if rollouts == 0:
         return controller
+    if isinstance(controller, Team):
+        raise UserError("search: expected a search around one controller, found one around two policies")
     return SearchController(controller, CrossEntropySettings(rollouts=rollouts), seed=seed)
+
+
+def _load_policies(policy: Path | None, grasp_policy: Path | None) -> Controller:
+    files = [each for each in (policy, grasp_policy) if each is not None]
+    if not files:
+        raise UserError("controller: 'policy' needs a policy file: name one with --policy")
+    loaded = [PolicyController(load_policy(each)) for each in files]
+    return loaded[0] if len(loaded) == 1 else Team({"articulate": loaded[0], "grasp": loaded[1]})

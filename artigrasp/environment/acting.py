@@ -29,7 +29,7 @@ class Acting:
 
     Attributes:
         target: [W, H, 51] PD targets, m and rad.
-        action_count: Length of one hand's action, the longest of all phases.
+        action_count: Length of one hand's action, which holds those of all phases.
         synergy: [W, H, 14] slow offsets in force, in units of their scales.
         residual: [W, H, 51] fast offsets in force, likewise.
         stiffness, damping: [W, H, 3] PD gains in force of the `DOF_GROUPS`.
@@ -48,7 +48,7 @@ class Acting:
             device: Warp device.
         """
         self._device, shape = device, (world_count, len(hands))
-        self.action_count = max(tables.action_count(each.action) for each in phases)
+        self.action_count = max(tables.last_column(each) for each in phases)
         self.target = wp.zeros((*shape, DOF_COUNT), dtype=float, device=device)
         self._action = wp.zeros((*shape, self.action_count), dtype=float, device=device)
         self.synergy = wp.zeros((*shape, actions.SYNERGY_COUNT), dtype=float, device=device)

@@ -126,7 +126,7 @@ class Environment:
 
     @property
     def action_count(self) -> int:
-        """Length of one hand's action, the longest of all phases."""
+        """Length of one hand's action, which holds those of all phases."""
         return self._acting.action_count
 
     @property

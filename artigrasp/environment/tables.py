@@ -219,6 +219,12 @@ def action_count(config: ActionConfig) -> int:
     return len(synergy_directions(config.synergy)) + (DOF_COUNT if config.residual is not None else 0)
 
 
+def last_column(phase: PhaseConfig) -> int:
+    """Length that one hand's action must have to hold what is decided for a phase."""
+    count = action_count(phase.action)
+    return phase.first_column + count if count else 0
+
+
 def phase_settings(configs: Sequence[PhaseConfig], reset: ResetConfig, control_dt: float, device: str) -> wp.array:
     """Priors and scales of every phase, shape [phase]."""
     rows = [action_settings(phase.action, reset, control_dt) for phase in configs]
@@ -270,11 +276,12 @@ def term_columns(configs: Sequence[PhaseConfig], name: str) -> tuple[list[list[i
     """For every phase, the columns of a term's numbers in the action and its decision interval, see `latch_actions`."""
     columns, intervals = [], []
     for config in configs:
-        directions = synergy_directions(config.action.synergy)
+        directions, first = synergy_directions(config.action.synergy), config.first_column
         if name == "synergy":
-            columns.append([directions.index(each) if each in directions else -1 for each in actions.SYNERGIES])
+            columns.append([first + directions.index(each) if each in directions else -1 for each in actions.SYNERGIES])
         else:
-            columns.append(list(range(len(directions), len(directions) + DOF_COUNT)))
+            first += len(directions)
+            columns.append(list(range(first, first + DOF_COUNT)))
         terms = config.action.terms
         interval = terms[name].decision_interval if name in terms else -1
         intervals.append(interval if config.decides else 0)

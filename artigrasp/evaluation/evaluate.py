@@ -79,7 +79,7 @@ def evaluate(
     *,
     split: str,
     seed: int = 0,
-    policy: str | None = None,
+    policies: Sequence[str] = (),
     per_object: int | None = None,
     world_count: int = 512,
     chunk_folder: Path | None = None,
@@ -98,7 +98,7 @@ def evaluate(
         experiment: What is measured.
         split: Split to measure.
         seed: Seed of randomly drawn targets and of the environment.
-        policy: Path of the policy file, for the record.
+        policies: Paths of the policy files, for the record.
         per_object: Trials of each object, at most, spread evenly over its references and targets; all by default.
         world_count: Worlds that are simulated at once, at most; a search takes several for each trial.
         chunk_folder: Where finished chunks are kept, so that an evaluation that was stopped can go on, and where
@@ -128,7 +128,7 @@ def evaluate(
     chunks = [slice(start, min(start + size, len(trials))) for start in range(0, len(trials), size)]
     paths: list[Path | None] = [None] * len(chunks)
     if chunk_folder is not None:
-        key = _fingerprint(settings, controller, chosen, experiment, trials, seed, policy)
+        key = _fingerprint(settings, controller, chosen, experiment, trials, seed, policies)
         paths = [chunk_folder / f"{key}-{rows.start:06d}-{rows.stop:06d}.npz" for rows in chunks]
 
     def run(rows: slice) -> dict[str, NDArray[Any]]:
@@ -169,7 +169,7 @@ def evaluate(
         experiment=experiment,
         task=controller.task,
         controller=controller.name,
-        policy=policy,
+        policy=" and ".join(policies) or None,
         rollout_count=controller.rollout_count,
         objects=tuple(each.object for each in chosen),
         split=split,
@@ -205,7 +205,7 @@ def _fingerprint(
     experiment: Experiment[O],
     trials: Trials,
     seed: int,
-    policy: str | None,
+    policies: Sequence[str],
 ) -> str:
     """Short name of everything that a trial's outcome depends on: a chunk of another evaluation is not taken up."""
     words = {
@@ -222,8 +222,9 @@ def _fingerprint(
     if isinstance(controller, SearchController):
         words["search"] = [repr(controller.settings), repr(controller.objectives), controller.seed]
     digest = hashlib.sha256(json.dumps(words, sort_keys=True).encode())
-    if policy is not None and (path := Path(policy)).is_file():
-        digest.update(path.read_bytes())
+    for policy in policies:
+        if (path := Path(policy)).is_file():
+            digest.update(path.read_bytes())
     for columns in ({"object": trials.object, "reference": trials.reference, **trials.targets}, *map(vars, references)):
         for name, values in columns.items():
             digest.update(name.encode() + np.ascontiguousarray(values).tobytes())

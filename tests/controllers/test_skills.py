@@ -2,12 +2,19 @@
 
 from dataclasses import replace
 
-from artigrasp.config import ResidualConfig, SynergyConfig
-from artigrasp.controllers.controller import ZeroController, pd_ik_controller
+import numpy as np
+import pytest
+
+from artigrasp.config import ResidualConfig, SynergyConfig, TaskConfig
+from artigrasp.controllers.controller import PolicyController, ZeroController, pd_ik_controller
 from artigrasp.controllers.search import with_offsets
-from artigrasp.controllers.skills import in_free_scene, with_skills
+from artigrasp.controllers.skills import Team, in_free_scene, with_skills
+from artigrasp.environment.tables import action_count, synergy_directions, term_columns
+from artigrasp.errors import UserError
+from artigrasp.kernels.layout import DOF_COUNT, FEATURE_COUNT
 from artigrasp.tasks import get_task
 from artigrasp.tasks.sequences import GRASP, GRASP_THEN_ARTICULATE, GRASPING, RELOCATE
+from tests.controllers.examples import example_policy
 
 BOTH = get_task("both-free")
 
@@ -48,3 +55,43 @@ def test_a_controller_of_a_fixed_base_moves_to_a_scene_with_a_free_one() -> None
     assert fixed.task.fixed_base and moved.name == "pd-ik"
     free = pd_ik_controller(BOTH)
     assert in_free_scene(free) is free
+
+
+def team(articulate: TaskConfig, grasp: TaskConfig) -> Team:
+    """Two untrained policies."""
+    return Team(
+        {
+            "articulate": PolicyController(example_policy(articulate)),
+            "grasp": PolicyController(example_policy(grasp, seed=4)),
+        }
+    )
+
+
+def test_two_policies_act_each_in_its_phases() -> None:
+    """Each brings its action; in that of both, side by side, every phase finds the columns of its own."""
+    opening = replace(BOTH, kinds=("articulate",), action=replace(BOTH.action, synergy=SynergyConfig()))
+    grasping = replace(BOTH, kinds=("grasp",))
+    both = team(opening, grasping)
+    grasp, relocate, put_down, *between, articulate = with_skills(GRASP_THEN_ARTICULATE, both)
+    assert grasp.action == grasping.action and articulate.action == opening.action
+    assert tuple(between) == GRASP_THEN_ARTICULATE[3:-1]
+    count = action_count(opening.action)
+    assert [each.first_column for each in (grasp, relocate, put_down, articulate)] == [count, count, count, 0]
+    features = np.random.default_rng(0).normal(size=(3, 2, FEATURE_COUNT)).astype(np.float32)
+    apart = [member.act(features) for member in both.members.values()]
+    np.testing.assert_array_equal(both.act(features), np.concatenate(apart, axis=-1))
+    columns, _ = term_columns([articulate, grasp], "residual")
+    first = len(synergy_directions(opening.action.synergy))
+    assert columns[0] == list(range(first, count)) and columns[1] == list(range(count, count + DOF_COUNT))
+
+
+def test_a_team_is_of_one_world() -> None:
+    """Both have learned what they should do, in the same physics and seeing the same."""
+    grasping = replace(BOTH, kinds=("grasp",))
+    with pytest.raises(UserError, match="expected one that learned to articulate, found one for grasp"):
+        team(grasping, grasping)
+    opening = replace(BOTH, kinds=("articulate",))
+    with pytest.raises(UserError, match="same include_hinge_features, found True and False"):
+        team(opening, replace(grasping, include_hinge_features=False))
+    with pytest.raises(UserError, match="same physics"):
+        team(opening, replace(grasping, physics=replace(grasping.physics, friction=0.5)))

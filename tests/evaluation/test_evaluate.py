@@ -103,7 +103,7 @@ def test_chunks_of_other_evaluations_are_left_alone(
         measured(controller, chunk_folder=folder, **options)
     assert len(counted) == len(variants) == len(list(folder.iterdir()))
     policy.write_bytes(b"other weights")
-    measured(ZeroController(SHORTEST), chunk_folder=folder, policy=str(policy))
+    measured(ZeroController(SHORTEST), chunk_folder=folder, policies=[str(policy)])
     assert len(counted) == len(variants) + 1
     monkeypatch.setitem(vars(ARTICULATION), "sequence", (PhaseConfig("reach", 2),))
     measured(ZeroController(SHORTEST), chunk_folder=folder)
