@@ -64,7 +64,8 @@ def count_references() -> dict[str, Any]:
 def _tasks() -> dict[str, str]:
     from artigrasp.tasks import CURRICULA, TASKS
 
-    return {name: each.description for name, each in (*TASKS.items(), *CURRICULA.items())}
+    curricula = {name: curriculum.description for name, curriculum in CURRICULA.items()}
+    return {name: task.description for name, task in TASKS.items()} | curricula
 
 
 def _objects() -> list[str]:

@@ -26,7 +26,7 @@ def mirror_features(features: torch.Tensor) -> torch.Tensor:
     axis = hinge_axis_in_part(features)
     mirrored = features * _feature_signs().to(features)
     for columns, sign in _part_vectors():
-        vectors = features[..., columns].unflatten(-1, (-1, 3))
+        vectors = features[..., columns].reshape(*features.shape[:-1], -1, 3)
         mirrored[..., columns] = sign * _reflect(vectors, axis.unsqueeze(-2)).flatten(-2)
     mirrored[..., _PART_TURN] = _mirror_part_turn(features[..., _PART_TURN], axis)
     return mirrored

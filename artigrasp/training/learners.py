@@ -78,7 +78,7 @@ class HandLearner:
     def act(self, features: torch.Tensor) -> torch.Tensor:
         """Sample actions [world, own hand, action] from the features [world, hand, feature] of all hands."""
         own = features[:, self.columns]
-        actions = self.algorithm.act(self._observe(own)).unflatten(0, own.shape[:2])
+        actions: torch.Tensor = self.algorithm.act(self._observe(own)).reshape(*own.shape[:2], -1)
         if self._mirrored:
             # the learner keeps what it did itself; the environment gets the mirror image
             actions = actions.clone()
@@ -188,7 +188,7 @@ class Learners:
 
     def update(self) -> dict[str, float]:
         """Learn from what was collected; the losses, exploration and learning rate, by name."""
-        metrics = {}
+        metrics: dict[str, float] = {}
         for learner in self.each:
             suffix = f"_{learner.name}" if len(self.each) > 1 else ""
             metrics |= {f"{name}{suffix}": value for name, value in learner.update().items()}
@@ -231,7 +231,7 @@ class Learners:
         return all(learner.is_finite() for learner in self.each)
 
     def _by_hand(self, rows: torch.Tensor) -> torch.Tensor:
-        return rows.unflatten(0, (-1, self._hand_count))
+        return rows.reshape(-1, self._hand_count, *rows.shape[1:])
 
 
 def _discount(task: TaskConfig) -> float:

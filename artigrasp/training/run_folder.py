@@ -5,6 +5,7 @@ import importlib.metadata
 import json
 import os
 import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, fields
@@ -15,10 +16,8 @@ from artigrasp.config import CurriculumConfig, SimulatorConfig, TaskConfig, from
 from artigrasp.errors import UserError
 from artigrasp.files import atomic_write, check_format
 
-try:
+if sys.platform != "win32":
     import fcntl
-except ImportError:  # Windows
-    fcntl = None  # type: ignore[assignment]
 
 RUN_FORMAT, RUN_VERSION = "artigrasp.run", 1
 CURRICULUM_FORMAT, CURRICULUM_VERSION = "artigrasp.curriculum-run", 1
@@ -80,11 +79,13 @@ def new_run_folder(root: Path, name: str) -> Path:
 def locked(folder: Path) -> Iterator[None]:
     """Keep other processes from training in a folder, which is made; the lock goes with this process.
 
+    Windows has no such lock, and nothing is kept out there.
+
     Raises:
         UserError: Another process does.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    if fcntl is None:
+    if sys.platform == "win32":
         yield
         return
     handle = os.open(folder, os.O_RDONLY)

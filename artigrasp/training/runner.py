@@ -186,9 +186,7 @@ class Runner:
         metrics["Time/control_steps_per_s"] = new_steps / (learned - start)
         if "Episode/reward" in metrics:
             shown = {name: metrics.get(f"Episode/{name}", math.nan) for name in _CURVE}
-            self.curve.append(
-                CurvePoint(self.iteration, self.control_steps, self.wall_time, self.cpu_time, **shown)  # type: ignore[arg-type]
-            )
+            self.curve.append(CurvePoint(self.iteration, self.control_steps, self.wall_time, self.cpu_time, **shown))
         return IterationReport(
             self.iteration, self.control_steps, self.wall_time, collected - start, learned - collected, metrics
         )

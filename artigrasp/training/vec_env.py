@@ -159,7 +159,7 @@ class HandVecEnv(VecEnv):
             shown_by = articulates if name in _OF_HINGE else ~articulates if name == "lifted" else True
             self._returns.setdefault(f"Episode/{name}", []).extend(values[ended & shown_by].tolist())
         sound = self._failure == 0
-        total = sum(sums[worlds & sound].sum(dim=2) for sums in self._term_sums)
+        total = torch.stack([sums[worlds & sound].sum(dim=2) for sums in self._term_sums]).sum(dim=0)
         self._returns.setdefault("Episode/reward", []).extend(total.flatten().tolist())
         for sums, (names, _) in zip(self._term_sums, self._terms, strict=True):
             for name, values in zip(names, sums[worlds & sound].mean(dim=1).T, strict=True):
