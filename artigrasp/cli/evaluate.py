@@ -51,6 +51,8 @@ class Options:
     """Policy that acts in its place where a sequence grasps and carries: in the protocols grasping and composed."""
     task: str | None = None
     """Task to play: by default the policy's, without one right-fixed."""
+    scene: str | None = None
+    """Task whose hands and base, fixed or free, controllers meet instead of those of the task that they are for."""
     objects: tuple[str, ...] = ("lidded-box",)
     """Objects to measure on."""
     split: str | None = None
@@ -93,11 +95,13 @@ def run(options: Options) -> int:
     start_warp()
     from artigrasp.controllers.library import load_controller
     from artigrasp.controllers.policy_file import load_policy
+    from artigrasp.controllers.skills import in_scene
     from artigrasp.evaluation.articulation import ARTICULATION, toward
     from artigrasp.evaluation.evaluate import Shard, evaluate
     from artigrasp.evaluation.grasping import GRASPING, with_targets
     from artigrasp.evaluation.protocols import get_protocol
     from artigrasp.evaluation.report import metrics_dict, metrics_table, write_report
+    from artigrasp.tasks import get_task
 
     protocol = get_protocol(options.protocol)
     instead = {each.name: each for each in protocol.experiments}
@@ -119,6 +123,8 @@ def run(options: Options) -> int:
         load_controller(name, task=task, policy=policy, grasp_policy=grasp_policy, search=search, seed=options.seed)
         for name, search in wanted
     ]
+    if options.scene is not None:
+        controllers = [in_scene(each, get_task(options.scene)) for each in controllers]
     shard = Shard.from_environment()
     threads = options.simulator.threads or max(1, (os.cpu_count() or 1) // shard.count)
 

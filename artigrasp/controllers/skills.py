@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from artigrasp.config import PhaseConfig
+from artigrasp.config import PhaseConfig, TaskConfig
 from artigrasp.config.task import Kind
 from artigrasp.controllers.controller import PD_IK, Controller
 from artigrasp.environment.tables import action_count
@@ -16,22 +16,26 @@ from artigrasp.errors import UserError
 from artigrasp.tasks import get_task
 
 SCENE = "both-free"
-"""Task in whose scene controllers play sequences that were made for a fixed base."""
+"""Task in whose scene controllers play sequences that were made for one hand or a fixed base."""
 
 
-def in_free_scene(controller: Controller) -> Controller:
-    """The controller in a scene in which objects can be carried: its task's, or if the base is fixed there, another's.
+def in_scene(controller: Controller, scene: TaskConfig) -> Controller:
+    """The controller in the scene of a task: with its hands, and the base fixed or free as there.
 
     It keeps its priors, gains and physics, and acts for each hand as it did for its own.
     """
-    task = controller.task
-    if not task.fixed_base:
+    task = replace(controller.task, hands=scene.hands, fixed_base=scene.fixed_base)
+    if task == controller.task:
         return controller
-    scene = get_task(SCENE)
     moved = copy.copy(controller)
     # controllers may be frozen
-    object.__setattr__(moved, "task", replace(task, hands=scene.hands, fixed_base=False))
+    object.__setattr__(moved, "task", task)
     return moved
+
+
+def in_free_scene(controller: Controller) -> Controller:
+    """The controller in a scene in which objects can be carried: both hands and a free base."""
+    return in_scene(controller, get_task(SCENE))
 
 
 class Team:

@@ -8,7 +8,7 @@ import pytest
 from artigrasp.config import ResidualConfig, SynergyConfig, TaskConfig
 from artigrasp.controllers.controller import PolicyController, ZeroController, pd_ik_controller
 from artigrasp.controllers.search import with_offsets
-from artigrasp.controllers.skills import Team, in_free_scene, with_skills
+from artigrasp.controllers.skills import Team, in_free_scene, in_scene, with_skills
 from artigrasp.environment.tables import action_count, synergy_directions, term_columns
 from artigrasp.errors import UserError
 from artigrasp.kernels.layout import DOF_COUNT, FEATURE_COUNT
@@ -48,13 +48,15 @@ def test_a_policy_brings_its_priors_where_it_has_the_skill() -> None:
 
 
 def test_a_controller_of_a_fixed_base_moves_to_a_scene_with_a_free_one() -> None:
-    """With both hands and its own action; one that has a free base stays as it is, and neither is changed."""
+    """With both hands and its own action, and back; one that is there stays as it is, and none is changed."""
     fixed = pd_ik_controller(get_task("right-fixed"))
     moved = in_free_scene(fixed)
     assert moved.task == replace(fixed.task, hands=("left", "right"), fixed_base=False)
     assert fixed.task.fixed_base and moved.name == "pd-ik"
     free = pd_ik_controller(BOTH)
     assert in_free_scene(free) is free
+    back = in_scene(free, get_task("right-fixed")).task
+    assert back.hands == ("right",) and back.fixed_base and back.action == free.task.action
 
 
 def team(articulate: TaskConfig, grasp: TaskConfig) -> Team:
