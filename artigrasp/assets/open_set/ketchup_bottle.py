@@ -93,7 +93,8 @@ class KetchupBottle:
 
     def _half(self, height: Array | float) -> Array:
         radii, heights = np.array(self._profile()).T
-        return np.interp(height, heights, radii)
+        half: Array = np.interp(height, heights, radii)
+        return half
 
     def _bent(self, solid: Solid) -> Solid:
         """A thin solid at y = 0, laid on the front of the label."""

@@ -44,4 +44,4 @@ def _lines(letter: str) -> list[tuple[tuple[float, float], tuple[float, float]]]
     if letter == ":":
         return [((0.0, y), (0.02, y)) for y in (-0.2, 0.2)]
     grid = {name: (_WIDTH * (index % 3) / 2, 0.5 - index // 3 / 2) for index, name in enumerate("abcdefghi")}
-    return [(grid[begin], grid[end]) for begin, end in _STROKES.get(letter, "").split()]
+    return [(grid[stroke[0]], grid[stroke[1]]) for stroke in _STROKES.get(letter, "").split()]
