@@ -32,6 +32,7 @@ VERBS = (
     "evaluate",
     "compare",
     "generate",
+    "view",
     "render",
     "export-usd",
     "export-mano",

@@ -23,8 +23,8 @@ def results_only() -> Iterator[None]:
 
 
 def show(text: str = "") -> None:
-    """Print a line of the result."""
-    print(text, file=_results or sys.stdout)
+    """Print a line of the result, at once: a verb may go on for long after it."""
+    print(text, file=_results or sys.stdout, flush=True)
 
 
 def show_columns(rows: Sequence[Sequence[str]]) -> None:

@@ -1,0 +1,192 @@
+"""`artigrasp view`: motions, references, tasks and training runs in a browser."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from artigrasp.cli.output import show, show_json
+from artigrasp.config import SimulatorConfig
+
+if TYPE_CHECKING:
+    from artigrasp.viewer.subject import Subject
+
+
+@dataclass(frozen=True, kw_only=True)
+class Serving:
+    """What every view has."""
+
+    port: int = 8080
+    """Port to listen at; 0 takes a free one."""
+    host: str = "localhost"
+    """Host to listen at; 0.0.0.0 lets other machines in."""
+    simulator: SimulatorConfig = field(default_factory=SimulatorConfig)
+    """Backend, device and threads."""
+    json: bool = False
+    """Print JSON."""
+
+
+@dataclass(frozen=True)
+class Motion(Serving):
+    """Play motion files, several of them side by side."""
+
+    files: Annotated[tuple[Path, ...], tyro.conf.Positional]
+    """Motion files, as `artigrasp generate` writes them."""
+
+
+@dataclass(frozen=True)
+class References(Serving):
+    """Look at the references of objects; reference contacts are marked on them."""
+
+    objects: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
+    """Objects to choose from; by default all that have references."""
+
+
+@dataclass(frozen=True)
+class Task(Serving):
+    """Watch a task while it is simulated, under a policy or a baseline."""
+
+    task: Annotated[str | None, tyro.conf.Positional] = None
+    """Task to play; by default the policy's, else right-fixed."""
+    objects: tuple[str, ...] = ("lidded-box",)
+    """Objects to choose from."""
+    controller: str | None = None
+    """What acts: policy, pd-ik, d-grasp, search or zero; by default the policy if there is one, else pd-ik."""
+    policy: str | None = None
+    """Policy of the controller "policy": a file, or a name of `artigrasp list policies`."""
+    split: str = "test"
+    """Split whose references are played."""
+    worlds: int = 4
+    """Environments that are simulated at once, to choose from."""
+    seed: int = 0
+    """Seed of everything that is drawn."""
+
+
+@dataclass(frozen=True)
+class Run(Serving):
+    """Watch what a training has learned so far; a newer policy takes over with the next episode."""
+
+    folder: Annotated[Path, tyro.conf.Positional]
+    """Run folder, as `artigrasp train` makes it."""
+    split: str = "test"
+    """Split whose references are played."""
+    worlds: int = 4
+    """Environments that are simulated at once, to choose from."""
+    seed: int = 0
+    """Seed of everything that is drawn."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """Show motions, references, a task or a training run in a browser.
+
+    Over ssh, forward the port: ssh -L 8080:localhost:8080 HOST. Nothing leaves this machine, and nothing is computed
+    while no browser is connected. Ctrl-C ends it.
+
+    With --json: {"url": address to open}, as soon as it can be opened.
+    """
+
+    what: Annotated[
+        Annotated[Motion, tyro.conf.subcommand("motion")]
+        | Annotated[References, tyro.conf.subcommand("references")]
+        | Annotated[Task, tyro.conf.subcommand("task")]
+        | Annotated[Run, tyro.conf.subcommand("run")],
+        tyro.conf.arg(name=""),
+    ]
+
+
+def run(options: Options) -> int:
+    """Serve until the user has seen enough."""
+    from artigrasp.cli.policies import list_policies
+    from artigrasp.cli.warp_start import start_warp
+
+    start_warp()
+    from artigrasp.assets.library import list_assets
+    from artigrasp.viewer.server import Server
+    from artigrasp.viewer.viewer import Viewer
+
+    what = options.what
+    subjects = _SUBJECTS[type(what)](what)
+    server = Server(what.host, what.port)
+    viewer = Viewer(
+        subjects, server, objects=list_assets("references"), policies=list_policies(), simulator=what.simulator
+    )
+    if what.json:
+        show_json({"url": server.url})
+    else:
+        show(f"{server.url} shows {next(iter(subjects))}; Ctrl-C ends it")
+    try:
+        viewer.run()
+    except KeyboardInterrupt:
+        return 0
+    finally:
+        server.stop()
+    return 0
+
+
+def _motions(what: Motion) -> "dict[str, Subject]":
+    from artigrasp.errors import UserError
+    from artigrasp.motion.file import load_motion
+    from artigrasp.viewer.motion_subject import MotionSubject
+
+    if not what.files:
+        raise UserError("expected one or more motion files, found none")
+    same = len({path.name for path in what.files}) < len(what.files)
+    motions = [(str(path) if same else path.name, load_motion(path)) for path in what.files]
+    if len(motions) == 1:
+        return {motions[0][0]: MotionSubject(motions)}
+    return {"side by side": MotionSubject(motions)} | {
+        name: MotionSubject([(name, motion)]) for name, motion in motions
+    }
+
+
+def _references(what: References) -> "dict[str, Subject]":
+    from artigrasp.assets.library import list_assets
+    from artigrasp.viewer.reference_subject import ReferenceSubject
+
+    return {"references": ReferenceSubject(what.objects or list_assets("references"))}
+
+
+def _task(what: Task) -> "dict[str, Subject]":
+    from artigrasp.cli.policies import find_policy, played_task
+    from artigrasp.controllers.library import load_controller
+    from artigrasp.viewer.live_subject import LiveSubject
+    from artigrasp.viewer.pilot import SteadyPilot
+
+    policy = None if what.policy is None else find_policy(what.policy)
+    task = played_task(what.task, policy)
+    name = what.controller or ("pd-ik" if policy is None else "policy")
+    controller = load_controller(name, task=task, policy=policy, seed=what.seed)
+    pilot = SteadyPilot(controller, what.policy if name == "policy" and what.policy else name)
+    live = LiveSubject(
+        task.name,
+        pilot,
+        what.objects,
+        split=what.split,
+        world_count=what.worlds,
+        seed=what.seed,
+        simulator=what.simulator,
+    )
+    return {f"{task.name}, live": live}
+
+
+def _run(what: Run) -> "dict[str, Subject]":
+    from artigrasp.training.run_folder import read_run_description
+    from artigrasp.viewer.live_subject import LiveSubject
+    from artigrasp.viewer.pilot import RunPilot
+
+    description = read_run_description(what.folder)
+    live = LiveSubject(
+        description.task.name,
+        RunPilot(what.folder),
+        description.objects,
+        split=what.split,
+        world_count=what.worlds,
+        seed=what.seed,
+        simulator=what.simulator,
+    )
+    return {f"{what.folder}, live": live}
+
+
+_SUBJECTS = {Motion: _motions, References: _references, Task: _task, Run: _run}

@@ -1,0 +1,1 @@
+"""The viewer: motions, references and running tasks in a browser."""
