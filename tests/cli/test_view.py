@@ -6,6 +6,7 @@ import socket
 import subprocess
 import sys
 import urllib.request
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -56,7 +57,11 @@ def test_serves_until_interrupted(motion: Path) -> None:
     """It says where it listens once it does, on this machine alone, and Ctrl-C ends it without a word."""
     program = Path(sys.executable).with_name("artigrasp")
     command = [str(program), "view", "motion", str(motion), "--port", "0", "--json"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    # a shell lets what it runs in the background ignore Ctrl-C
+    obey = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=obey
+    ) as process:
         assert process.stdout is not None and process.stderr is not None
         text = "".join(process.stdout.readline() for _ in range(3))
         url = json.loads(text)["url"]
