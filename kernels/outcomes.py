@@ -18,7 +18,6 @@ OUTCOME_TERMS = (
 )
 """Of the hinge: final error, mean error, and success at the end. Of the base: mean displacement from its start, whether
 it is lifted at the end, and its final distance and angle from its target. None is in the paper."""
-OutcomeWeights = wp.types.vector(length=len(OUTCOME_TERMS), dtype=float)
 
 FARTHEST = wp.constant(0.5)
 """Final errors of the base beyond this count as this [m, rad]: a dropped object is lost, wherever it lies."""
@@ -32,7 +31,7 @@ def add_outcome_reward(
     episode_steps: int,
     opened_angle: float,
     lifted_height: float,
-    weights: OutcomeWeights,
+    weights: wp.array[float],
     # outputs
     terms: wp.array3d[float],
     total: wp.array2d[float],
@@ -45,7 +44,7 @@ def add_outcome_reward(
         episode_steps: control steps per episode.
         opened_angle: change of the angle that counts as success, rad.
         lifted_height: height over the start from which the base counts as lifted, m.
-        weights: of `OUTCOME_TERMS`: 1/rad, 1/rad, 1, 1/m, 1, 1/m, 1/rad.
+        weights: [7] of `OUTCOME_TERMS`: 1/rad, 1/rad, 1, 1/m, 1, 1/m, 1/rad.
         terms: [W, H, 7] output, weighted.
         total: [W, H] their sum is added to it.
     """

@@ -28,7 +28,7 @@ class Rewarding:
         self._task, self._object_mass, self._device = task, object_mass, object_mass.device
         shape = (len(object_mass), hand_count)
         self._weights = tables.reward_weights(task.reward)
-        self._outcome_weights = tables.outcome_weights(task.reward)
+        self._outcome_weights = tables.outcome_weights(task.reward, self._device)
         self.total = wp.zeros(shape, dtype=float, device=self._device)
         self._paper_terms = wp.zeros((*shape, len(rewards.TERMS)), dtype=float, device=self._device)
         self._outcome_terms = wp.zeros((*shape, len(outcomes.OUTCOME_TERMS)), dtype=float, device=self._device)

@@ -151,10 +151,10 @@ def reward_weights(config: RewardConfig) -> rewards.RewardWeights:
     return weights
 
 
-def outcome_weights(config: RewardConfig) -> outcomes.OutcomeWeights | None:
+def outcome_weights(config: RewardConfig, device: str) -> wp.array | None:
     """Weights of the outcome terms, or None if none of them counts."""
     weights = [getattr(config, name) for name in outcomes.OUTCOME_TERMS]
-    return outcomes.OutcomeWeights(*weights) if config.rewards_outcome else None
+    return wp.array(weights, dtype=float, device=device) if config.rewards_outcome else None
 
 
 def metric_limits(opened_angle: float) -> metrics.MetricLimits:

@@ -103,8 +103,16 @@ def test_rewards_are_the_tasks() -> None:
     weights = tables.reward_weights(RewardConfig(hand_velocity=0.7, angle=2.0))
     assert weights.hand_linear_velocity == weights.hand_angular_velocity == pytest.approx(0.7)
     assert weights.angle == pytest.approx(2.0)
-    assert tables.outcome_weights(RewardConfig()) is None
-    assert list(tables.outcome_weights(RewardConfig(outcome_success=0.5))) == [0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0]
+    assert tables.outcome_weights(RewardConfig(), "cpu") is None
+    assert tables.outcome_weights(RewardConfig(outcome_success=0.5), "cpu").numpy().tolist() == [
+        0.0,
+        0.0,
+        0.5,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    ]
 
 
 def test_phases_have_their_own_gains_and_aims() -> None:
