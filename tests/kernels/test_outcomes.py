@@ -6,7 +6,7 @@ import numpy as np
 import warp as wp
 from scipy.spatial.transform import Rotation
 
-from artigrasp.kernels.outcomes import OUTCOME_TERMS, OutcomeWeights, add_outcome_reward
+from artigrasp.kernels.outcomes import OUTCOME_TERMS, add_outcome_reward
 from tests.kernels.samples import Sample, random_sample, to_device
 
 WORLD_COUNT = 50
@@ -32,7 +32,7 @@ def outcome_reward(sample: Sample, step: int) -> tuple[np.ndarray, np.ndarray]:
             EPISODE_STEPS,
             OPENED_ANGLE,
             LIFTED_HEIGHT,
-            OutcomeWeights(*WEIGHTS),
+            wp.array(WEIGHTS, dtype=float),
         ],
         outputs=[terms, total],
     )
