@@ -9,7 +9,7 @@ from artigrasp.config.checks import require_not_negative, require_positive
 class SynthesisConfig:
     """How many hands are tried, and what weighs what. A term is a sum of squares of errors over their scales."""
 
-    candidates: int = 48
+    candidates: int = 32
     """Hands, or pairs of them, that are optimised for each kind of grip."""
     draws: int = 12
     """Intents drawn for each of them, of which the best start counts."""
@@ -17,7 +17,7 @@ class SynthesisConfig:
     """Steps of the optimiser."""
     seed: int = 0
     """Seed of the intents."""
-    samples: int = 2000
+    samples: int = 2500
     """Points of the object's surface that fingers may be meant for."""
     anchor: float = 1.0
     """Weight of the distance of each busy fingertip from the point that it is meant for."""
@@ -37,7 +37,7 @@ class SynthesisConfig:
     """Scale of the depth of forearms [m]."""
     table: float = 1.0
     """Weight of what the hands lack in clearance from the table."""
-    table_clearance: float = 0.008
+    table_clearance: float = 0.003
     """Least height of the hands over the table [m]."""
     overlap: float = 1.0
     """Weight of the depth of links in other links, of either hand."""

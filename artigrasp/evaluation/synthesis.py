@@ -168,7 +168,7 @@ def mirror_synthesized(
     if not len(works):
         return SynthesizedReferences(None, found_count, ())
     references = replace(references, source=np.array([f"{source}, mirrored" for source in references.source]))
-    same = [{name: records[row][name] for name in ("energy", "deepest", "merit")} for row in works]
+    same = [{name: records[row][name] for name in ("energy", "deepest", "merit")} for row in works.tolist()]
     return _kept(references.select(indices=works), same, check, works, found_count)
 
 

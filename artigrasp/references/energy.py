@@ -65,7 +65,7 @@ def differentiate(
     return value.detach(), gradient
 
 
-def depth_error(distance: torch.Tensor, allowed: float, scale: float) -> torch.Tensor:
+def depth_error(distance: torch.Tensor, allowed: float, scale: float | torch.Tensor) -> torch.Tensor:
     """Squared depths beyond what counts as touching, over their scale, from signed distances; same shape."""
     return (torch.relu(-distance - allowed) / scale) ** 2
 

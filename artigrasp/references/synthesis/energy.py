@@ -156,12 +156,12 @@ class SynthesisEnergy:
     def _of_balance(self, touch: torch.Tensor, normal: torch.Tensor) -> torch.Tensor:
         """Of the net force and torque of fingertips that press along the normals where they touch [N, H, 5, 3]."""
         force = -normal * self._weight[..., None]
-        torque = torch.linalg.cross(touch - self._com, force) / TORQUE_LENGTH
+        torque: torch.Tensor = torch.linalg.cross(touch - self._com, force) / TORQUE_LENGTH
         return force.sum(dim=(1, 2)).square().sum(dim=1) + torque.sum(dim=(1, 2)).square().sum(dim=1)
 
     def _of_leverage(self, touch: torch.Tensor) -> torch.Tensor:
         axis = self._hinge_axis.expand_as(touch)
-        arm = torch.linalg.cross(axis, touch - self._hinge_origin).norm(dim=-1)
+        arm: torch.Tensor = torch.linalg.cross(axis, touch - self._hinge_origin).norm(dim=-1)
         return (torch.relu(1 - arm / self._lever).square() * self._weight).sum(dim=(1, 2))
 
 
@@ -179,8 +179,9 @@ def rotate(quaternion: torch.Tensor, vector: torch.Tensor) -> torch.Tensor:
     """Vectors [..., 3] turned by quaternions xyzw [..., 4]."""
     axis, w = quaternion[..., :3], quaternion[..., 3:]
     vector = vector.expand_as(axis)
-    twice = 2.0 * torch.linalg.cross(axis, vector)
-    return vector + w * twice + torch.linalg.cross(axis, twice)
+    twice: torch.Tensor = 2.0 * torch.linalg.cross(axis, vector)
+    turned: torch.Tensor = vector + w * twice + torch.linalg.cross(axis, twice)
+    return turned
 
 
 def _with_forearm(points: HandPoints, side: str) -> HandPoints:

@@ -119,4 +119,4 @@ def _turn(intents: Intents, index: int, side: str) -> NDArray[np.float64]:
     thumbwards = np.broadcast_to([0.0, 0.0, 1.0], towards.shape)
     local = np.stack([towards, thumbwards, np.cross(towards, thumbwards)], axis=2)
     world = np.stack([-normal, across, np.cross(-normal, across)], axis=2)
-    return Rotation.from_matrix(world @ np.transpose(local, (0, 2, 1))).as_quat()
+    return np.asarray(Rotation.from_matrix(world @ np.transpose(local, (0, 2, 1))).as_quat())

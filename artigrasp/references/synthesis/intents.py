@@ -5,7 +5,7 @@ press against, on another: across the object, or around a corner. All in the bas
 """
 
 from dataclasses import dataclass, fields
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,7 +130,7 @@ def _draw_pairs(resting: RestingObject, surface: Surface, count: int, random: np
         return None
     level = np.abs(surface.normal[right] @ resting.up) < 0.5
     right = right[level]
-    drawn = []
+    drawn: list[list[dict[str, Any]]] = []
     for _ in range(20 * count):
         if len(drawn) == count or not len(right):
             break
@@ -163,10 +163,10 @@ def _draw_pairs(resting: RestingObject, surface: Surface, count: int, random: np
 
 def _draw_hand(
     surface: Surface, anchor: int, across: Array, thumb: int | None, random: np.random.Generator
-) -> dict[str, Array]:
+) -> dict[str, Any]:
     """One hand whose middle finger is meant for a point, and whose thumb for another one, or for nothing."""
     normal = surface.normal[anchor]
-    hand = {
+    hand: dict[str, Any] = {
         "target": np.tile(surface.position[anchor], (TIP_COUNT, 1)),
         "normal": np.tile(normal, (TIP_COUNT, 1)),
         "part": np.full(TIP_COUNT, surface.part[anchor]),
@@ -190,7 +190,7 @@ def _draw_hand(
     return hand
 
 
-def _stack(drawn: list[list[dict[str, Array]]]) -> Intents:
+def _stack(drawn: list[list[dict[str, Any]]]) -> Intents:
     """Intents of hands [N][H]."""
     names = [each.name for each in fields(Intents)]
     return Intents(**{name: np.array([[hand[name] for hand in hands] for hands in drawn]) for name in names})

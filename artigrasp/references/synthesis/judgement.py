@@ -20,7 +20,7 @@ from artigrasp.references.synthesis.wrench import holding_error, opening_torque
 
 DEEPEST = 0.003
 """No link of a sound grip is deeper in the object [m]."""
-MOST = {"table": 2.0, "overlap": 2.0, "limits": 2.0, "natural": 12.0, "pads": 6.0}
+MOST = {"anchor": 20.0, "contact": 4.0, "table": 2.0, "overlap": 2.0, "limits": 2.0, "natural": 12.0, "pads": 6.0}
 """Largest terms of a sound grip, for each hand that takes part."""
 LEAST_TIPS = 2
 """Fingertips of each hand that touch, at least."""

@@ -15,7 +15,7 @@ from artigrasp.references.synthesis.grip import Array, RestingObject
 
 STANDOFF = 0.012
 """Where the middle of a fingertip is that touches a point, over the surface [m]."""
-CLEARANCE = 0.8
+CLEARANCE = 0.55
 """How near to another point of the surface it may be there, over the standoff."""
 REACH = 0.3
 """How far a way out must be free [m]."""
@@ -57,7 +57,7 @@ def sample_surface(resting: RestingObject, count: int, seed: int, device: str = 
     for part, pose in zip(resting.model.parts, poses, strict=True):
         vertices = Rotation.from_quat(pose[3:]).apply(part.vertices) + pose[:3]
         meshes.append(trimesh.Trimesh(vertices, part.faces, process=False))
-    whole = trimesh.util.concatenate(meshes)
+    whole: trimesh.Trimesh = trimesh.util.concatenate(meshes)  # type: ignore[assignment]
     position, face = trimesh.sample.sample_surface(whole, count, seed=seed)
     normal = np.asarray(whole.face_normals)[face]
     part = (face >= len(meshes[0].faces)).astype(np.int64)

@@ -154,4 +154,5 @@ def _idle_wrist(resting: RestingObject, side: str) -> Array:
     middle = compose_poses(base, np.concatenate([vertices.mean(axis=0), [0.0, 0.0, 0.0, 1.0]])[None])[0, :2]
     aside = reach if side == "right" else -reach
     world = np.array([middle[0] + aside, middle[1], IDLE_HEIGHT, *IDLE_TURN[side]])
-    return compose_poses(invert_poses(base), world[None])[0]
+    pose: Array = compose_poses(invert_poses(base), world[None])[0]
+    return pose
