@@ -1,0 +1,36 @@
+"""The references that are shipped with the open objects: synthesised, and as sound as the verb says."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from artigrasp.assets.hand import load_hand
+from artigrasp.assets.library import packaged_root
+from artigrasp.assets.object import load_object
+from artigrasp.references.quality import measure_contacts
+from artigrasp.references.reference import read_references
+
+FILES = sorted((packaged_root() / "references").glob("open-*.npz"))
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_shipped_references_touch_and_harm_nothing(file: Path) -> None:
+    """They are shallow, miss no contact, keep to the joint limits, and say what they work with."""
+    references = read_references(file)
+    hands = (load_hand(references.hand, "left"), load_hand(references.hand, "right"))
+    measured = measure_contacts(references, load_object(references.object), hands)
+    assert np.median(measured.deepest) < 0.002 and measured.deepest.max() < 0.003
+    assert (measured.missing_contacts == 0).all() and (measured.target_contacts >= 2).all()
+    assert measured.beyond_limits.max() < 0.05
+    assert {"train", "test"} == set(references.split.tolist())
+    grips = json.loads(references.provenance)["grips"]
+    records = [record for grip in grips.values() for record in grip["references"]]
+    assert sorted(record["source"] for record in records) == sorted(references.source.tolist())
+    assert {record["verdict"] for record in records} <= {"pd-ik", "search"}
+
+
+def test_some_are_shipped() -> None:
+    """Otherwise the test above tests nothing."""
+    assert len(FILES) >= 2
