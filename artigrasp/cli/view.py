@@ -1,8 +1,9 @@
 """`artigrasp view`: motions, references, tasks and training runs in a browser."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
@@ -134,11 +135,8 @@ def _motions(what: Motion) -> "dict[str, Subject]":
         raise UserError("expected one or more motion files, found none")
     same = len({path.name for path in what.files}) < len(what.files)
     motions = [(str(path) if same else path.name, load_motion(path)) for path in what.files]
-    if len(motions) == 1:
-        return {motions[0][0]: MotionSubject(motions)}
-    return {"side by side": MotionSubject(motions)} | {
-        name: MotionSubject([(name, motion)]) for name, motion in motions
-    }
+    alone: dict[str, Subject] = {name: MotionSubject([(name, motion)]) for name, motion in motions}
+    return alone if len(motions) == 1 else {"side by side": MotionSubject(motions), **alone}
 
 
 def _references(what: References) -> "dict[str, Subject]":
@@ -189,4 +187,9 @@ def _run(what: Run) -> "dict[str, Subject]":
     return {f"{what.folder}, live": live}
 
 
-_SUBJECTS = {Motion: _motions, References: _references, Task: _task, Run: _run}
+_SUBJECTS: "dict[type[Serving], Callable[[Any], dict[str, Subject]]]" = {
+    Motion: _motions,
+    References: _references,
+    Task: _task,
+    Run: _run,
+}

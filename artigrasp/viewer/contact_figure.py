@@ -177,6 +177,6 @@ def _add_balls(scene: SceneApi, name: str, radius: float, capacity: int) -> Batc
 def _show_balls(handle: BatchedMeshHandle, places: Sequence[Array], colours: Sequence[ArrayLike]) -> None:
     positions, colour_rows = np.tile(NOWHERE[0], (len(handle.batched_positions), 1)), handle.batched_colors.copy()
     if places:
-        positions[: len(places)], colour_rows[: len(places)] = places, colours
+        positions[: len(places)], colour_rows[: len(places)] = np.array(places), np.array(colours)
     handle.batched_positions = positions.astype(np.float32)
     handle.batched_colors = colour_rows

@@ -44,7 +44,11 @@ class Figure:
     @staticmethod
     def key(track: Track) -> tuple[str, ...]:
         """What two tracks have in common that one figure can draw."""
-        return (*(str(model.path) for model in (*track.objects, *track.hands)), str(track.stage))
+        return (
+            *(str(object.path) for object in track.objects),
+            *(str(hand.path) for hand in track.hands),
+            str(track.stage),
+        )
 
     def set_track(self, track: Track) -> None:
         """Draw another track, which has the same :meth:`key`."""
@@ -68,8 +72,11 @@ class Figure:
     def appear(self, appearance: Appearance) -> None:
         """Show it as the panel says."""
         self._appearance = appearance
-        for figure in (*self._objects, *self._hands, self._contacts):
-            figure.appear(appearance)
+        for object in self._objects:
+            object.appear(appearance)
+        for hand in self._hands:
+            hand.appear(appearance)
+        self._contacts.appear(appearance)
         if self._target is not None:
             self._target.appear(appearance)
         if appearance.reference_ghost > 0 and not self._ghosts and self._aim is not None:
@@ -96,7 +103,7 @@ class Figure:
     def _add_reference(self, aim: Aim) -> list[MeshSkinnedHandle]:
         """The hands of the reference, each below the part that it manipulates."""
         ghosts = []
-        for hand in np.flatnonzero(aim.active):
+        for hand in np.flatnonzero(aim.active).tolist():
             name = f"{self._objects[0].parts[aim.part[hand]]}/reference_{self._track.hands[hand].side}"
             ghosts.append(add_hand(self._scene, name, self._hands[hand].mesh("skin"), REFERENCE_GHOST, GHOST))
             pose_bones(ghosts[-1], aim.link_poses_in_part[hand])

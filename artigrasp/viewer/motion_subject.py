@@ -88,7 +88,7 @@ def motion_track(label: str, motion: Motion) -> Track:
                 phase=str(motion.phases[row]),
             )
         )
-    return Track(label, hands, objects, recording, _aim(motion, hands), motion.stage, motion.metrics)
+    return Track(label, hands, objects, recording, _aim(motion, hands), motion.stage, dict(motion.metrics))
 
 
 def moved_target(target: NDArray[np.floating] | None, start: NDArray[np.floating]) -> NDArray[np.floating] | None:

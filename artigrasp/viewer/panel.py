@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Protocol
+from typing import Any, Protocol
 
-from viser import ClientHandle, GuiApi, GuiDropdownHandle, GuiEvent, Icon
+from viser import ClientHandle, GuiApi, GuiDropdownHandle, GuiEvent, GuiInputHandle, Icon
 
 from artigrasp.viewer.appearance import FORCE_COLOURS, HAND_LOOKS, STRONG, Appearance
 from artigrasp.viewer.gauge import metrics_html, scale_html, status_html
@@ -166,7 +166,7 @@ class Panel:
         self._add(gui.add_slider("Reference ghost", 0.0, 1.0, 0.05, first.reference_ghost), "reference_ghost")
         self._add(gui.add_slider("Target ghost", 0.0, 1.0, 0.05, first.target_ghost), "target_ghost")
 
-    def _add(self, widget, field: str) -> None:
+    def _add(self, widget: GuiInputHandle[Any], field: str) -> None:
         def update(event: GuiEvent) -> None:
             self._appearance = replace(self._appearance, **{field: event.target.value})
             self._requests.set_appearance(self._appearance)

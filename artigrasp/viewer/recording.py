@@ -137,7 +137,7 @@ class Track:
         recording: What happens.
         aim: What should happen, None if that is not known.
         stage: A plateau on the table, if there is one.
-        metrics: Measures of the whole, by name.
+        metrics: Measures of the whole, by name, as far as they are known.
     """
 
     label: str
@@ -146,4 +146,4 @@ class Track:
     recording: Recording
     aim: Aim | None = None
     stage: StageConfig | None = None
-    metrics: Mapping[str, float] = field(default_factory=dict)
+    metrics: dict[str, float] = field(default_factory=dict)

@@ -62,7 +62,7 @@ class Stage:
         azimuth = float(np.arctan2(front[1], front[0])) if np.hypot(*front[:2]) > 1e-3 else -np.pi / 2
         along = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
         row = APART * (np.arange(len(tracks)) - (len(tracks) - 1) / 2)
-        offsets = row[:, None] * along
+        offsets: Array = row[:, None] * along
         points = np.concatenate([places + offset for (places, _), offset in zip(found, offsets, strict=True)])
         self._lay_table(points, azimuth)
         self._look(points, (azimuth + (TURN if len(tracks) == 1 else TURN_BESIDE), ELEVATION))
