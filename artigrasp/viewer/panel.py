@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, Protocol
 
 from viser import ClientHandle, GuiApi, GuiDropdownHandle, GuiEvent, GuiInputHandle, Icon
@@ -96,7 +97,7 @@ class Panel:
     def show_subject(self, subject: Subject, playback: Playback) -> None:
         """Fit pickers and timeline to a subject."""
         self._timeline.max = max(playback.duration, 0.01)
-        for widget in (self._timeline, self._play, self._steps, self._speed, self._loop):
+        for widget in (self._timeline, self._play, self._speed, self._loop):
             widget.disabled = playback.duration == 0
         self._loop.label = "Go on with the next episode" if subject.is_live else "Loop"
         self._show_pickers(subject.pickers)
@@ -178,9 +179,12 @@ class Panel:
         icons = {"motion": Icon.FILE_DOWNLOAD, "USD": Icon.CUBE, "video": Icon.MOVIE}
         for what, (ending, _) in SAVERS.items():
             button = gui.add_button(f"Save {what} ({ending})", icon=icons[what])
-            button.on_click(_from_people(lambda event, what=what: requests.save(what, event.client)))
+            button.on_click(_from_people(partial(self._save, what)))
         button = gui.add_button("Save screenshot (.png)", icon=Icon.CAMERA)
         button.on_click(_from_people(lambda event: requests.screenshot(event.client)))
+
+    def _save(self, what: str, event: GuiEvent) -> None:
+        self._requests.save(what, event.client)
 
     def _show_pickers(self, pickers: Sequence[Picker]) -> None:
         if [handle.label for handle in self._picker_handles] != [picker.label for picker in pickers]:

@@ -57,7 +57,7 @@ class Server:
     @property
     def port(self) -> int:
         """Where it listens."""
-        return self.viser.get_port()
+        return int(self.viser.get_port())
 
     def on_change(self, call: Callable[[], None]) -> None:
         """Call this, in some thread, whenever a browser has come or gone."""

@@ -52,8 +52,9 @@ class TargetGizmo:
         )
         TargetGhost(self._scene, f"{NODE}/object", load_object(wish.object), wish.angle, with_base=True)
 
-        @handle.on_update
-        def _(event: TransformControlsEvent) -> None:
+        def move(event: TransformControlsEvent) -> None:
             shift = handle.position - start[:3]
             yaw = (Rotation.from_quat(to_xyzw(handle.wxyz)) * Rotation.from_quat(start[3:]).inv()).as_rotvec()[2]
             self._on_move((float(shift[0]), float(shift[1])), float(yaw))
+
+        handle.on_update(move)
