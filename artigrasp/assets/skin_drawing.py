@@ -112,14 +112,14 @@ def _fine_mesh(form: HandForm) -> trimesh.Trimesh:
 
 def _grid(low: Array, step: Array | float, count: NDArray[np.int64]) -> Array:
     """Points of a grid from a corner [m], shape (*count, 3)."""
-    return np.asarray(low + step * np.moveaxis(np.indices(count), 0, -1))
+    return np.asarray(low + step * np.moveaxis(np.indices(count.tolist()), 0, -1))
 
 
 def _gradient(form: HandForm, points: Array) -> Array:
     """Unit gradients of the field, shape (P, 3)."""
     steps = PROBE * np.eye(3)
     slope = np.stack([form.distance(points + step) - form.distance(points - step) for step in steps], axis=1)
-    return slope / np.linalg.norm(slope, axis=1, keepdims=True)
+    return np.asarray(slope / np.linalg.norm(slope, axis=1, keepdims=True))
 
 
 def _weights(form: HandForm, vertices: Array, faces: Indices) -> Array:
@@ -148,7 +148,7 @@ def _weights(form: HandForm, vertices: Array, faces: Indices) -> Array:
     # The largest takes what rounding has left.
     largest = (np.arange(len(weights)), weights.argmax(axis=1))
     weights[largest] += 1 - weights.sum(axis=1)
-    return weights
+    return np.asarray(weights)
 
 
 def _colours(form: HandForm, vertices: Array) -> Array:

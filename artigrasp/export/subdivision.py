@@ -18,13 +18,13 @@ def subdivide(faces: Indices) -> tuple[csr_array, Indices]:
         old vertices come first, then one for each edge.
     """
     count = int(faces.max()) + 1
-    start, end, opposite = (faces[:, np.roll([0, 1, 2], -turn)].T.ravel() for turn in range(3))
+    start, end, opposite = (faces.astype(np.int64)[:, np.roll([0, 1, 2], -turn)].T.ravel() for turn in range(3))
     low, high = np.minimum(start, end), np.maximum(start, end)
-    edges, edge = np.unique(low.astype(np.int64) * count + high, return_inverse=True)
+    edges, edge = np.unique(low * count + high, return_inverse=True)
     middle = count + np.arange(len(edges))
     # An edge's middle takes 3/8 of each end and 1/8 of what is opposite on both sides.
-    rows = [middle, middle, count + edge]
-    columns = [edges // count, edges % count, opposite]
+    rows: list[NDArray[np.int64]] = [middle, middle, count + edge]
+    columns: list[NDArray[np.int64]] = [edges // count, edges % count, opposite]
     shares = [np.full(len(edges), 0.375), np.full(len(edges), 0.375), np.full(len(edge), 0.125)]
     # A vertex keeps most of itself and takes the rest from its neighbours.
     valence = np.bincount(start, minlength=count)

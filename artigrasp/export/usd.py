@@ -128,7 +128,7 @@ def _places(count: int) -> NDArray[np.float64]:
     """Where motions are, in rows about the origin [m], shape ``[count, 3]``."""
     columns = int(np.ceil(np.sqrt(count)))
     cells = np.array([(index % columns, -(index // columns), 0) for index in range(count)], float)
-    return SPACING * (cells - (cells.min(axis=0) + cells.max(axis=0)) / 2)
+    return np.asarray(SPACING * (cells - (cells.min(axis=0) + cells.max(axis=0)) / 2))
 
 
 def _add_motion(stage: Usd.Stage, root: str, motion: Motion, look: HandLook, codes: Sequence[float]) -> None:
