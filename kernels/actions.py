@@ -6,6 +6,7 @@ those of the phases between and after grasps (Section 5, Sequence Generation).
 """
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import warp as wp
@@ -49,7 +50,10 @@ SYNERGIES = (*WRIST_SYNERGIES, *FINGER_SYNERGIES, "lead", "squeeze", "press")
 """The directions of slow offsets: of the wrist in the manipulated part's frame, of the fingers, of the lead on the
 hinge, and of how firmly a closed hand holds. A task uses all or some of them."""
 SYNERGY_COUNT = len(SYNERGIES)
-SynergyScale = wp.types.vector(length=SYNERGY_COUNT, dtype=float)
+if TYPE_CHECKING:
+    SynergyScale = wp.vec4  # a type checker cannot count its numbers
+else:
+    SynergyScale = wp.types.vector(length=SYNERGY_COUNT, dtype=float)
 
 _REFERENCE, _HINGE, _SCHEDULE, _TRANSPORT, _RETREAT, _TRANSIT = map(wp.constant, range(len(WRIST_PRIORS)))
 _CURRENT, _CLOSING, _CLOSED, _OPENING = (wp.constant(row) for row in range(len(FINGER_PRIORS)))
