@@ -6,7 +6,7 @@ those of the phases between and after grasps (Section 5, Sequence Generation).
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import warp as wp
@@ -51,7 +51,7 @@ SYNERGIES = (*WRIST_SYNERGIES, *FINGER_SYNERGIES, "lead", "squeeze", "press")
 hinge, and of how firmly a closed hand holds. A task uses all or some of them."""
 SYNERGY_COUNT = len(SYNERGIES)
 if TYPE_CHECKING:
-    SynergyScale = wp.vec4  # a type checker cannot count its numbers
+    SynergyScale: TypeAlias = wp.vec4  # a type checker cannot count its numbers
 else:
     SynergyScale = wp.types.vector(length=SYNERGY_COUNT, dtype=float)
 

@@ -84,7 +84,7 @@ def run(options: Options) -> int:
                 [references],
                 ARTICULATION,
                 split="test",
-                policy=policy.name if each is controller else None,
+                policies=[policy.name] if each is controller else [],
                 simulator=options.simulator,
                 on_trial=lambda done, total: progress("", int(done), total),
             )

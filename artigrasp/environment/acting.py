@@ -57,8 +57,10 @@ class Acting:
         self._terms = [
             ActionTerm(
                 held,
-                *(wp.array(column, dtype=int, device=device) for column in tables.term_columns(phases, name)),
-                wp.array(tables.term_adds_up(phases, name), dtype=int, device=device),
+                *(
+                    wp.array(setting, dtype=int, device=device)
+                    for setting in (*tables.term_columns(phases, name), tables.term_adds_up(phases, name))
+                ),
             )
             for name, held in (("synergy", self.synergy), ("residual", self.residual))
             if any(name in phase.action.terms for phase in phases)

@@ -176,7 +176,8 @@ class Replay:
         values = self.critics(repeated, candidates.flatten(0, 1)).unflatten(1, (rows, count))
         row = torch.arange(rows)
         judge = torch.randint(len(values), (rows,))
-        return candidates[row, values[judge, row].argmax(dim=1)]
+        chosen: torch.Tensor = candidates[row, values[judge, row].argmax(dim=1)]
+        return chosen
 
     def _follow(self, rows: torch.Tensor) -> None:
         """Complete what is pending with the observations that follow it."""
@@ -191,7 +192,7 @@ class Replay:
         if bool(is_last.all()):
             return rewards
         with torch.no_grad():
-            values = self._target_critics(following, self.actor.mlp(following)).mean(dim=0)
+            values: torch.Tensor = self._target_critics(following, self.actor.mlp(following)).mean(dim=0)
         return rewards + self.gamma * (1.0 - is_last) * values
 
     def _learn_critics(self, seen: torch.Tensor, actions: torch.Tensor, returns: torch.Tensor) -> float:
