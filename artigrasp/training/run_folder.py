@@ -7,14 +7,14 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TypeVar
 
 from artigrasp.config import CurriculumConfig, SimulatorConfig, TaskConfig, from_dict, to_dict
 from artigrasp.errors import UserError
-from artigrasp.files import atomic_write, check_format
+from artigrasp.files import atomic_write, check_format, check_target
 
 if sys.platform != "win32":
     import fcntl
@@ -79,24 +79,34 @@ def new_run_folder(root: Path, name: str) -> Path:
 def locked(folder: Path) -> Iterator[None]:
     """Keep other processes from training in a folder, which is made; the lock goes with this process.
 
-    Windows has no such lock, and nothing is kept out there.
+    Folders that were made here and that nothing was written to are removed again. Windows has no such lock, and nothing
+    is kept out there.
 
     Raises:
-        UserError: Another process does.
+        UserError: Another process does, or the folder cannot be made.
     """
+    check_target(folder / RUN_FILE)
+    missing = [each for each in (folder, *folder.parents) if not each.exists()]
     folder.mkdir(parents=True, exist_ok=True)
-    if sys.platform == "win32":
+    with contextlib.ExitStack() as stack:
+        stack.callback(_remove_empty, missing)
+        if sys.platform != "win32":
+            handle = os.open(folder, os.O_RDONLY)
+            stack.callback(os.close, handle)
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                raise UserError(
+                    f"{folder}: expected a folder of its own for a run, found another process there"
+                ) from error
         yield
-        return
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            raise UserError(f"{folder}: expected a folder of its own for a run, found another process there") from error
-        yield
-    finally:
-        os.close(handle)
+
+
+def _remove_empty(folders: Iterable[Path]) -> None:
+    """Remove folders, the innermost first, up to one in which there is something."""
+    with contextlib.suppress(OSError):
+        for folder in folders:
+            folder.rmdir()
 
 
 def write_run_description(folder: Path, run: RunDescription, simulator: SimulatorConfig) -> None:

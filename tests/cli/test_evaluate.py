@@ -37,7 +37,7 @@ def test_a_policy_is_measured_beside_baselines(work: Path, policy: Path, capsys:
         baseline = json.loads((work / "measured" / name / "metrics.json").read_text())
         assert (baseline["task"], baseline["controller"], baseline["policy"]) == ("quick", name, None)
     table = (work / "measured" / "metrics.md").read_text()
-    assert [table.count(f"\n| {name} |") for name in ("policy", "pd-ik", "zero")] == [2, 2, 2], "two tables"
+    assert [table.count(f"\n| {name} |") for name in ("policy", "pd-ik", "zero")] == [3, 3, 3], "success, errors, what failed"
 
 
 def test_a_baseline_needs_no_policy(work: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -75,7 +75,7 @@ def test_a_search_has_a_row_of_its_own(work: Path, policy: Path, capsys: pytest.
     assert main([*words, "--per-object", "2", "--worlds", "6", "--out", "searched"]) == 0
     table = capsys.readouterr().out
     labels = ("policy+search, 3 rollouts", "policy", "search, 64 rollouts")
-    assert [table.count(f"\n| {label} |") for label in labels] == [2, 2, 2], "two tables"
+    assert [table.count(f"\n| {label} |") for label in labels] == [3, 3, 3], "success, errors, what failed"
     folder = work / "searched"
     metrics = json.loads((folder / "metrics.json").read_text())
     assert (metrics["controller"], metrics["rollouts"], metrics["trials"]) == ("policy+search", 3, 2)
