@@ -30,6 +30,12 @@ ALL_FILES = {
 }
 
 
+@pytest.fixture(autouse=True)
+def quick_skins(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Imported hands get the open hand's skin: drawing theirs, which has tests of its own, takes seconds each."""
+    monkeypatch.setattr(arctic, "draw_skin", lambda hand: load_hand("open", hand.side).skin)
+
+
 @pytest.fixture(scope="module")
 def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where the pieces of the made-up object are kept for all tests."""
