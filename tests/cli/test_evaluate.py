@@ -37,7 +37,9 @@ def test_a_policy_is_measured_beside_baselines(work: Path, policy: Path, capsys:
         baseline = json.loads((work / "measured" / name / "metrics.json").read_text())
         assert (baseline["task"], baseline["controller"], baseline["policy"]) == ("quick", name, None)
     table = (work / "measured" / "metrics.md").read_text()
-    assert [table.count(f"\n| {name} |") for name in ("policy", "pd-ik", "zero")] == [3, 3, 3], "success, errors, what failed"
+    assert [table.count(f"\n| {name} |") for name in ("policy", "pd-ik", "zero")] == [3, 3, 3], (
+        "success, errors, what failed"
+    )
 
 
 def test_a_baseline_needs_no_policy(work: Path, capsys: pytest.CaptureFixture[str]) -> None:
