@@ -83,7 +83,7 @@ def choose_recordings(
             raise UserError(f"{source.path}: expected recordings of {name!r}, found none")
     if not any(chosen.values()):
         what = "reconstructions" if reconstructed else "recordings"
-        raise UserError(f"{source.path}: expected {what} of imported objects ({', '.join(imported)}), found none")
+        raise UserError(f"{source.path}: expected {what} of any object of `artigrasp list objects`, found none")
     return {name: recordings for name, recordings in chosen.items() if recordings}
 
 

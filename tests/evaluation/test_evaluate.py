@@ -95,7 +95,7 @@ def test_chunks_of_other_evaluations_are_left_alone(
         (ZeroController(replace(SHORTEST, physics=replace(SHORTEST.physics, impratio=10.0))), {}),
         (pd_ik_controller(SHORTEST), {}),
         (ZeroController(SHORTEST), {"seed": 1}),
-        (ZeroController(SHORTEST), {"policy": str(policy)}),
+        (ZeroController(SHORTEST), {"policies": [str(policy)]}),
         (SearchController(ZeroController(SHORTEST), settings), {}),
         (SearchController(ZeroController(SHORTEST), settings, seed=1), {}),
     ]

@@ -25,7 +25,7 @@ def test_prims_are_where_mujoco_has_the_bodies(tmp_path: Path) -> None:
     reference = load_references("lidded-box").select(split="test", indices=0)
     save_motion(tmp_path / "motion.npz", generate(pd_ik_controller(get_task("right-fixed")), reference, 1.0))
     motion = load_motion(tmp_path / "motion.npz")
-    export_usd(motion, tmp_path / "motion.usdc")
+    export_usd(motion, tmp_path / "motion.usdc", hands="links")
     stage = Usd.Stage.Open(str(tmp_path / "motion.usdc"))
 
     scene = Scene((load_hand("open", "right"),), (load_object("lidded-box"),), True, PhysicsConfig())

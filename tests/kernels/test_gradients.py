@@ -32,7 +32,7 @@ def perturbed(sample: Sample, name: str, columns: int, step: float) -> Sample:
     copies = {
         field.name: np.concatenate([getattr(sample, field.name)] * columns)
         for field in fields(sample)
-        if field.name not in ("link_offset", "tip_offset")
+        if field.name not in ("link_offset", "tip_offset") and np.ndim(getattr(sample, field.name))
     }
     flat = copies[name].reshape(columns, sample.world_count, -1)
     flat[np.arange(columns), :, np.arange(columns)] += step
