@@ -3,7 +3,8 @@
     python -m tools.measure_viewer MOTION.npz --seconds 600
 
 It serves the motion by a process of its own, opens it in Chromium and lets it play. A browser that draws on the
-processor shares it with the server: its frames per second tell more about the processor than about the viewer.
+processor shares it with the server: its frames per second tell more about the processor than about the viewer. What the
+server sends is counted by a second client that draws nothing.
 """
 
 import argparse
@@ -17,8 +18,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import msgspec
 import numpy as np
+import viser
+import zstandard
 from playwright.sync_api import Page
+from websockets.sync.client import connect
 
 from tests.viewer.browser import open_browser
 
@@ -27,6 +32,8 @@ COUNT_FRAMES = """() => {
   const count = () => { window.frames_drawn++; requestAnimationFrame(count); };
   requestAnimationFrame(count);
 }"""
+COUNTED = 20.0
+"""How long the samples are counted that the server sends [s]."""
 TICKS = os.sysconf("SC_CLK_TCK")
 
 
@@ -70,6 +77,24 @@ def latencies(page: Page, count: int) -> list[float]:
     return found
 
 
+def samples_per_second(url: str) -> float:
+    """How often the server sends where a hand is; a browser must keep it awake."""
+    arrivals: list[float] = []
+    hand = None
+    with connect(url.replace("http", "ws", 1), subprotocols=[f"viser-v{viser.__version__}"], max_size=None) as client:
+        # what the scene holds comes first
+        begin = time.monotonic() + 3.0
+        while time.monotonic() < begin + COUNTED:
+            packet = client.recv()
+            size = int.from_bytes(packet[8:16], "little")
+            content = msgspec.msgpack.decode(zstandard.decompress(packet[16 : 16 + size]))
+            for message in content["messages"]:
+                if message["type"] == "SetBonePositionMessage" and message["bone_index"] == 0:
+                    hand = hand or message["name"]
+                    arrivals += [time.monotonic()] if message["name"] == hand else []
+    return sum(arrival > begin for arrival in arrivals) / COUNTED
+
+
 def main() -> None:
     """Measure and print JSON."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -107,6 +132,7 @@ def main() -> None:
             "server_cpu_share_playing": round(share, 3),
             "server_memory_mib": [round(sizes[0], 1), round(sizes[-1], 1)],
             "server_memory_mib_per_minute": round(float(slope), 3),
+            "samples_sent_per_second": round(samples_per_second(url), 1),
             "play_pause_latency_s": round(statistics.median(latencies(page, 10)), 3),
         }
     print(json.dumps(found, indent=2))

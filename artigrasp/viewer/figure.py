@@ -17,17 +17,16 @@ from artigrasp.viewer.table import add_plateau
 class Figure:
     """Draws the samples of tracks that have the same hands and the same object."""
 
-    def __init__(self, scene: SceneApi, name: str, track: Track, offset: Sequence[float]) -> None:
-        """Add it to the scene.
+    def __init__(self, scene: SceneApi, name: str, track: Track) -> None:
+        """Add it to the scene; :meth:`set_track` says what to draw.
 
         Args:
             scene: Of the server.
             name: Of its node.
-            track: What to draw.
-            offset: Where the world's origin is put [m].
+            track: One of these tracks.
         """
-        self._scene, self._name = scene, name
-        self._root = scene.add_frame(name, show_axes=False, position=tuple(offset))
+        self._scene, self._name, self._track = scene, name, track
+        self._root = scene.add_frame(name, show_axes=False)
         self._objects = [
             ObjectFigure(scene, f"{name}/object{index}", object) for index, object in enumerate(track.objects)
         ]
@@ -35,11 +34,11 @@ class Figure:
             add_plateau(scene, f"{name}/stage", track.stage)
         self._hands = [HandFigure(scene, f"{name}/{hand.side}", hand) for hand in track.hands]
         self._contacts = ContactFigure(scene, name, track.hands, track.objects, self._objects[0].parts)
-        self._ghosts: list[MeshSkinnedHandle] = []
+        self._ghosts: dict[tuple[int, int], MeshSkinnedHandle] = {}
         self._target: TargetGhost | None = None
         self._appearance = Appearance()
+        self._aim: Aim | None = None
         self._shown: Sample | None = None
-        self.set_track(track)
 
     @staticmethod
     def key(track: Track) -> tuple[str, ...]:
@@ -54,9 +53,6 @@ class Figure:
         """Draw another track, which has the same :meth:`key`."""
         self._aim, self._track = track.aim, track
         self._contacts.set_aim(track.aim)
-        for ghost in self._ghosts:
-            ghost.remove()
-        self._ghosts = []
         if self._target is not None:
             self._target.remove()
             self._target = None
@@ -79,11 +75,7 @@ class Figure:
         self._contacts.appear(appearance)
         if self._target is not None:
             self._target.appear(appearance)
-        if appearance.reference_ghost > 0 and not self._ghosts and self._aim is not None:
-            self._ghosts = self._add_reference(self._aim)
-        for ghost in self._ghosts:
-            ghost.visible = appearance.reference_ghost > 0
-            ghost.opacity = appearance.reference_ghost
+        self._show_ghosts()
         if self._shown is not None:
             self.show(self._shown)
 
@@ -96,15 +88,29 @@ class Figure:
             figure.pose(poses)
         self._contacts.show(sample)
 
-    def remove(self) -> None:
-        """Take it away."""
-        self._root.remove()
+    def place(self, offset: Sequence[float]) -> None:
+        """Show it with the world's origin there [m]."""
+        self._root.position = tuple(offset)
+        self._root.visible = True
 
-    def _add_reference(self, aim: Aim) -> list[MeshSkinnedHandle]:
-        """The hands of the reference, each below the part that it manipulates."""
-        ghosts = []
-        for hand in np.flatnonzero(aim.active).tolist():
-            name = f"{self._objects[0].parts[aim.part[hand]]}/reference_{self._track.hands[hand].side}"
-            ghosts.append(add_hand(self._scene, name, self._hands[hand].mesh("skin"), REFERENCE_GHOST, GHOST))
-            pose_bones(ghosts[-1], aim.link_poses_in_part[hand])
-        return ghosts
+    def hide(self) -> None:
+        """Leave it out of the picture.
+
+        There is no taking it away: viser 1.1 breaks a page from which it removes a mesh with bones.
+        """
+        self._root.visible = False
+
+    def _show_ghosts(self) -> None:
+        """Show the hands of the reference, each below the part that it manipulates."""
+        wanted = set()
+        if self._appearance.reference_ghost > 0 and self._aim is not None:
+            wanted = {(hand, int(self._aim.part[hand])) for hand in np.flatnonzero(self._aim.active).tolist()}
+        for hand, part in wanted - set(self._ghosts):
+            name = f"{self._objects[0].parts[part]}/reference_{self._track.hands[hand].side}"
+            mesh = self._hands[hand].mesh("skin")
+            self._ghosts[hand, part] = add_hand(self._scene, name, mesh, REFERENCE_GHOST, GHOST)
+        for (hand, part), ghost in self._ghosts.items():
+            ghost.visible = (hand, part) in wanted
+            if ghost.visible and self._aim is not None:
+                ghost.opacity = self._appearance.reference_ghost
+                pose_bones(ghost, self._aim.link_poses_in_part[hand])

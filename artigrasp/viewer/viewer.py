@@ -20,6 +20,7 @@ from artigrasp.viewer.maker import Maker, error_html, motion_html
 from artigrasp.viewer.motion_subject import MotionSubject
 from artigrasp.viewer.panel import Panel
 from artigrasp.viewer.playback import Playback
+from artigrasp.viewer.recording import Track
 from artigrasp.viewer.saving import SAVERS, file_stem
 from artigrasp.viewer.server import Server
 from artigrasp.viewer.subject import Subject
@@ -85,6 +86,7 @@ class Viewer:
         self.subject = next(iter(self._subjects.values()))
         self._figures: list[Figure] = []
         self._keys: list[tuple[str, ...]] = []
+        self._kept: dict[tuple[int, tuple[str, ...]], Figure] = {}
         self._generation = -1
         self._note = ""
         self._held_until = self._panel_due = self._plot_due = 0.0
@@ -311,20 +313,9 @@ class Viewer:
         self._generation = subject.generation
         keys = [Figure.key(track) for track in tracks]
         if keys != self._keys:
-            for figure in self._figures:
-                figure.remove()
-            places = self._stage.set_up(tracks)
-            scene = self._server.viser.scene
-            self._figures = [
-                Figure(scene, f"/track{index}", track, place)
-                for index, (track, place) in enumerate(zip(tracks, places, strict=True))
-            ]
-            self._keys = keys
-            for figure in self._figures:
-                figure.appear(self.appearance)
-        else:
-            for figure, track in zip(self._figures, tracks, strict=True):
-                figure.set_track(track)
+            self._set_up(keys, tracks)
+        for figure, track in zip(self._figures, tracks, strict=True):
+            figure.set_track(track)
         if begins:
             self.playback.restart(subject.duration)
         else:
@@ -334,6 +325,20 @@ class Viewer:
         if begins and tracks:
             aim = tracks[0].aim
             self._maker.propose(tracks[0].objects[0].name, None if aim is None else aim.angle)
+
+    def _set_up(self, keys: list[tuple[str, ...]], tracks: Sequence[Track]) -> None:
+        """Take figures for tracks, those that have been drawn before if they fit, and hide the others."""
+        for figure in self._figures:
+            figure.hide()
+        self._figures, self._keys = [], keys
+        scene, places = self._server.viser.scene, self._stage.set_up(tracks)
+        for index, (key, track, place) in enumerate(zip(keys, tracks, places, strict=True)):
+            if (index, key) not in self._kept:
+                self._kept[index, key] = Figure(scene, f"/figure{len(self._kept)}", track)
+            figure = self._kept[index, key]
+            figure.place(place)
+            figure.appear(self.appearance)
+            self._figures.append(figure)
 
     def _show_panel(self, now: float) -> None:
         self._panel_due = now + PANEL

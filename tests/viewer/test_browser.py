@@ -170,10 +170,18 @@ def test_sleeps_while_nobody_watches(page: Page, viewer: Viewer) -> None:
     viewer.playback.playing = True
     page.goto("about:blank")
     wait_until(page, lambda: not viewer.is_watched, "the browser is gone")
-    page.wait_for_timeout(200)
+    pass_by(viewer)
     time = viewer.playback.time
-    page.wait_for_timeout(500)
+    for _ in range(3):
+        pass_by(viewer)
     assert viewer.playback.time == time
+
+
+def pass_by(viewer: Viewer) -> None:
+    """Let the viewer's thread, which may be asleep, go around once."""
+    passed = threading.Event()
+    viewer.post(passed.set)
+    assert passed.wait(PATIENCE)
 
 
 def choose(page: Page, label: str, option: str) -> None:
