@@ -30,10 +30,7 @@ ALL_FILES = {
 }
 
 
-@pytest.fixture(autouse=True)
-def quick_skins(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Imported hands get the open hand's skin: drawing theirs, which has tests of its own, takes seconds each."""
-    monkeypatch.setattr(arctic, "draw_skin", lambda hand: load_hand("open", hand.side).skin)
+pytestmark = pytest.mark.usefixtures("quick_skins")
 
 
 @pytest.fixture(scope="module")

@@ -19,6 +19,8 @@ from artigrasp.references.reference import read_references
 from tests.fuzzing import damage, examples, note
 from tests.references import arctic_example as example
 
+pytestmark = pytest.mark.usefixtures("quick_skins")
+
 
 @pytest.fixture(scope="module", autouse=True)
 def uncut() -> Iterator[None]:
