@@ -131,13 +131,15 @@ def run(options: Options) -> int:
     parts = [(experiment, split) for split in protocol.splits for experiment in protocol.experiments]
     reports = []
     for experiment, split in parts:
+        # of some objects all image references are of one kind: they are measured in that experiment alone
+        played = [each for each in references if each.has(split, experiment.kinds)] if len(parts) > 1 else []
         evaluations = []
         for controller in controllers:
             title = f"Measuring {controller.name}" + (f" on {split}" if len(parts) > 1 else "")
             with progress_bar(title, hidden=options.json or shard.rank > 0) as progress:
                 evaluation = evaluate(
                     controller,
-                    references,
+                    played or references,
                     experiment,
                     split=split,
                     seed=options.seed,

@@ -114,6 +114,10 @@ class ReferenceSet:
         given = sorted(set(self.split.tolist()))
         return (*given, *(split for split in SCHEME_SPLITS if self._in_split(split).any()))
 
+    def has(self, split: str, kind: str | tuple[str, ...]) -> bool:
+        """Whether there is a reference of a split, as :meth:`select` takes it, and of one of these kinds."""
+        return bool(np.isin(self.kind[self._in_split(split)], kind).any())
+
     def _in_split(self, split: str) -> NDArray[np.bool_]:
         return in_split(split, self.split, self.subject, self.sequence)
 

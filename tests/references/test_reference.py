@@ -22,6 +22,7 @@ from artigrasp.references.reference import (
     save_references,
 )
 from artigrasp.references.splits import in_split
+from tests.example_references import box_references
 from tests.fuzzing import damage, examples, note
 
 
@@ -136,6 +137,13 @@ def test_sequences_are_parted_by_their_names_alone() -> None:
     np.testing.assert_array_equal(
         in_split("by-sequence/test", given_split[some], subject[some], sequence[some]), test[some]
     )
+
+
+def test_has_tells_what_select_would_find() -> None:
+    """A split that there is, of kinds of which one is enough."""
+    references = box_references(test_count=1)
+    assert references.has("test", "articulate") and references.has("train", ("grasp", "articulate"))
+    assert not references.has("test", ("grasp",)) and not references.has("recon", "articulate")
 
 
 def test_select_of_nothing_says_what_there_is() -> None:
