@@ -59,6 +59,23 @@ def load_verb(name: str) -> Verb:
     return cast(Verb, importlib.import_module(f"artigrasp.cli.{name.replace('-', '_')}"))
 
 
+def parse(words: Sequence[str]) -> tuple[Verb, Any]:
+    """The verb that words name first, and its options from the others.
+
+    Raises:
+        UserError: There is no such verb.
+        SystemExit: tyro printed the verb's help (code 0) or refused the usage (code 2).
+    """
+    verb = load_verb(words[0])
+    options: Any = tyro.cli(
+        verb.Options,
+        prog=f"artigrasp {words[0]}",
+        args=words[1:],
+        config=(tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes),
+    )
+    return verb, options
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one verb.
 
@@ -97,13 +114,7 @@ def _run(words: list[str]) -> int:
     if words[0] == "--version":
         show(importlib.metadata.version("artigrasp"))
         return 0
-    verb = load_verb(words[0])
-    options: Any = tyro.cli(
-        verb.Options,
-        prog=f"artigrasp {words[0]}",
-        args=words[1:],
-        config=(tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes),
-    )
+    verb, options = parse(words)
     with results_only():
         return verb.run(options)
 

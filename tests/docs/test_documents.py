@@ -1,0 +1,92 @@
+"""Tests that documents do not fall behind: commands are understood, links lead somewhere, pictures are shown."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from artigrasp.cli.app import parse
+
+ROOT = Path(__file__).parents[2]
+DOCUMENTS = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
+OBJECTS = "box espressomachine ketchup laptop microwave mixer notebook waffleiron"
+ASSIGNMENT = re.compile(r"\w+=\S*")
+
+
+def commands(text: str) -> list[str]:
+    """The shell commands of a document: lines of its blocks, and inline code that begins like one."""
+    blocks = re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL)
+    lines = [line.strip() for block in blocks for line in block.replace("\\\n", " ").splitlines()]
+    prose = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
+    inline = [" ".join(code.split()) for code in re.findall(r"`(artigrasp [\w-]+\s[^`]+)`", prose)]
+    # these stand for something else in a synopsis
+    return [line for line in lines + inline if not re.search(r"\b(VERB|PROTOCOL|NAME)\b|\[|…|\.\.\.", line)]
+
+
+def words_of_artigrasp(command: str) -> list[str] | None:
+    """What follows `artigrasp` in a command, or None if it runs something else."""
+    words = shlex.split(command.replace("$OBJECTS", OBJECTS), comments=True)
+    while words and ASSIGNMENT.fullmatch(words[0]):
+        words.pop(0)
+    programs = [index for index, word in enumerate(words) if Path(word).name == "artigrasp"]
+    starts = programs and (programs[0] == 0 or words[0] in ("time", "torchrun", "xvfb-run"))
+    return words[programs[0] + 1 :] if starts else None
+
+
+CASES = [
+    pytest.param(words, id=f"{document.relative_to(ROOT)}: {' '.join(words)}")
+    for document in DOCUMENTS
+    for command in commands(document.read_text(encoding="utf-8"))
+    if (words := words_of_artigrasp(command)) and words[0] not in ("--help", "--version")
+]
+
+
+def test_there_are_commands() -> None:
+    """The documents are found and read."""
+    assert len(CASES) > 50
+
+
+@pytest.mark.parametrize("words", CASES)
+def test_command_is_understood(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    """Every command in a document has a verb and options that exist."""
+    if "--help" in words:
+        with pytest.raises(SystemExit, match=r"^0$"):
+            parse(words)
+    else:
+        try:
+            parse(words)
+        except SystemExit:
+            pytest.fail(capsys.readouterr().err)
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda each: str(each.relative_to(ROOT)))
+def test_tools_exist(document: Path) -> None:
+    """Every program that a document runs or names is there."""
+    named = set(re.findall(r"\btools/\w+\.py\b", document.read_text(encoding="utf-8")))
+    assert not [name for name in named if not (ROOT / name).is_file()]
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda each: str(each.relative_to(ROOT)))
+def test_links_lead_somewhere(document: Path) -> None:
+    """Links and pictures within the project point to files, and to headings that are there."""
+    for link in re.findall(r"\]\(([^)\s]+)\)", document.read_text(encoding="utf-8")):
+        if re.match(r"[a-z]+:", link):
+            continue
+        name, _, anchor = link.partition("#")
+        target = (document.parent / name).resolve() if name else document
+        assert target.exists(), f"{link}: no such file"
+        assert not anchor or anchor in anchors(target), f"{link}: no such heading"
+
+
+def anchors(document: Path) -> set[str]:
+    """The names that headings of a document have in links."""
+    headings = re.findall(r"^#+ +(.+)$", document.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).strip().replace(" ", "-") for heading in headings}
+
+
+def test_pictures_are_shown() -> None:
+    """No picture lies about that no document shows."""
+    text = "".join(document.read_text(encoding="utf-8") for document in DOCUMENTS)
+    pictures = [path for path in (ROOT / "docs" / "images").rglob("*") if path.is_file()]
+    assert not [path.name for path in pictures if path.name not in text]
