@@ -14,6 +14,7 @@ from artigrasp.controllers.network import build_actor
 from artigrasp.environment.tables import action_count
 from artigrasp.errors import UserError
 from artigrasp.files import atomic_write, check_format
+from artigrasp.kernels.layout import FEATURES_VERSION
 
 POLICY_FORMAT, POLICY_VERSION = "artigrasp.policy", 2
 """Version 1 had one network, which acted for every hand as it was."""
@@ -46,6 +47,7 @@ def save_policy(policy: PolicyFile, target: Path) -> None:
     contents = {
         "format": POLICY_FORMAT,
         "version": POLICY_VERSION,
+        "features": FEATURES_VERSION,
         "task": json.dumps(to_dict(policy.task)),
         "objects": list(policy.objects),
         **{name: getattr(policy, name) for name in ("hand", "seed", "iteration", "control_steps", "wall_time")},
@@ -65,7 +67,7 @@ def load_policy(path: Path, task: str | None = None) -> PolicyFile:
 
     Raises:
         UserError: The file is missing, is no policy, holds objects other than tensors and plain data, was written by
-            a newer version, or belongs to another task.
+            a newer version, saw other features, or belongs to another task.
     """
     if not path.is_file():
         raise UserError(f"{path}: expected a policy file, found none")
@@ -79,6 +81,9 @@ def load_policy(path: Path, task: str | None = None) -> PolicyFile:
     if not isinstance(contents, dict):
         raise UserError(f"{path}: expected a policy file, found {type(contents).__name__}")
     check_format(contents.get("format"), contents.get("version"), POLICY_FORMAT, POLICY_VERSION, path)
+    features = contents.get("features", 1)  # older files do not tell: there was but one version
+    if features != FEATURES_VERSION:
+        raise UserError(f"{path}: features: expected version {FEATURES_VERSION}, found {features}: train it anew")
     try:
         config = from_dict(TaskConfig, json.loads(contents["task"]), source=f"{path}: task")
         policy = PolicyFile(

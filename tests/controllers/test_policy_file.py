@@ -128,6 +128,7 @@ def test_a_truncated_file_is_refused(path: Path, share: float) -> None:
         ({"version": 3}, "version: expected at most 2, found 3: a newer version of artigrasp wrote this file"),
         ({"format": "artigrasp.motion"}, "format: expected 'artigrasp.policy', found 'artigrasp.motion'"),
         ({"format": DROPPED}, "format: expected 'artigrasp.policy', found none"),
+        ({"features": 2}, "features: expected version 1, found 2: train it anew"),
         ({"hand": DROPPED}, "found a bad or missing field: 'hand'"),
         ({"iteration": "many"}, "found a bad or missing field"),
         ({"task": "{"}, "found a bad or missing field"),
