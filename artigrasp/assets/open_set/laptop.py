@@ -1,4 +1,4 @@
-"""A laptop: keys, a touch pad, a picture on its screen, and a lid that reaches a little beyond the front."""
+"""A sturdy laptop on feet: keys, a touch pad, a picture on its screen, and a lid that reaches beyond the front."""
 
 from dataclasses import dataclass
 
@@ -17,9 +17,10 @@ class Laptop:
 
     width: float = ranged(0.32, 0.28, 0.36, "m", "13 to 16 inch laptops; ARCTIC's: 0.33")
     depth: float = ranged(0.215, 0.195, 0.25, "m", "13 to 16 inch laptops; ARCTIC's: 0.20")
-    height: float = ranged(0.018, 0.014, 0.024, "m", "of the half with the keys")
+    height: float = ranged(0.026, 0.022, 0.032, "m", "of the half with the keys; ARCTIC's laptop is 0.06 high in all")
+    feet: float = ranged(0.010, 0.008, 0.012, "m", "of rubber, so that fingers come under the lip")
     lid: float = ranged(0.009, 0.007, 0.012, "m", "thickness of the half with the screen")
-    lip: float = ranged(0.010, 0.008, 0.014, "m", "what a fingertip takes hold of")
+    lip: float = ranged(0.016, 0.014, 0.020, "m", "what a fingertip takes hold of")
     base_mass: float = ranged(0.95, 0.75, 1.30, "kg", _ARCTIC)
     lid_mass: float = ranged(0.22, 0.15, 0.30, "kg", _ARCTIC)
     colours: tuple[Colour, Colour] = chosen(
@@ -32,16 +33,20 @@ class Laptop:
 
     def blueprint(self) -> Blueprint:
         """The laptop, its front at -y, standing on z = 0 with its middle above the origin."""
-        x, y, top = self.width / 2, self.depth / 2, self.height
+        x, y, top = self.width / 2, self.depth / 2, self.feet + self.height
         case, keys = self.colours
         dark: Colour = (0.6 * case[0], 0.6 * case[1], 0.6 * case[2])
         low, front = top + 0.002, -y - self.lip
-        base = slab((-x, -y, 0), (x, y - 0.004, top), case, corner=0.012, edge=0.003)
+        base = slab((-x, -y, self.feet), (x, y - 0.004, top), case, corner=0.012, edge=0.003)
         pad = slab((-0.05, -y + 0.012, top - 0.0002), (0.05, -0.30 * y, top + 0.0004), dark, corner=0.005, edge=0)
         deck = slab((-x + 0.018, -0.22 * y, top - 0.0002), (x - 0.018, 0.80 * y, top + 0.0003), dark, edge=0)
         bar = slab((-0.8 * x, y - 0.007, top - 0.004), (0.8 * x, y + 0.001, low + 0.003), keys, corner=0.004, axis="x")
+        feet = [
+            slab((-0.85 * x, at - 0.008, 0), (0.85 * x, at + 0.008, self.feet), keys, corner=0.007, density=0.5)
+            for at in (-y + 0.020, y - 0.024)
+        ]
         return Blueprint(
-            base=[base, detail(pad), detail(deck), detail(bar), *self._keys(keys, -0.20 * y, 0.78 * y)],
+            base=[base, *feet, detail(pad), detail(deck), detail(bar), *self._keys(keys, -0.20 * y, 0.78 * y)],
             base_mass=self.base_mass,
             articulated=[
                 slab((-x, front, low), (x, y, low + self.lid), case, corner=0.012, edge=0.003),
@@ -56,13 +61,14 @@ class Laptop:
         """Rows of keys, in the nearest of them the space bar."""
         found = []
         left, pitch, rise = -self.width / 2 + 0.020, (self.width - 0.040) / _KEYS, (far - near) / _KEY_ROWS
+        top = self.feet + self.height
         for row in range(_KEY_ROWS):
             columns = [(key, key + 1) for key in range(_KEYS)]
             if row == 0:
                 columns = [*columns[:3], (3, 9), *columns[9:]]
             for first, end in columns:
-                corner = left + first * pitch + 0.001, near + row * rise + 0.001, self.height
-                other = left + end * pitch - 0.001, near + (row + 1) * rise - 0.001, self.height + 0.0012
+                corner = left + first * pitch + 0.001, near + row * rise + 0.001, top
+                other = left + end * pitch - 0.001, near + (row + 1) * rise - 0.001, top + 0.0012
                 found.append(detail(slab(corner, other, colour, corner=0, edge=0)))
         return found
 

@@ -20,9 +20,9 @@ class Notebook:
 
     width: float = ranged(0.160, 0.140, 0.185, "m", "A5 to B5; ARCTIC's: 0.16")
     length: float = ranged(0.220, 0.200, 0.250, "m", "A5 to B5; ARCTIC's: 0.23")
-    pages: float = ranged(0.026, 0.020, 0.034, "m", "thickness of the block; ARCTIC's is 0.05 high in all")
+    pages: float = ranged(0.040, 0.034, 0.046, "m", "thickness of the block; ARCTIC's is 0.05 high in all")
     cover: float = ranged(0.004, 0.003, 0.005, "m", "thickness of each cover: bookbinder's board")
-    lip: float = ranged(0.010, 0.008, 0.014, "m", "how far the upper cover reaches beyond the pages")
+    lip: float = ranged(0.016, 0.014, 0.020, "m", "how far the upper cover reaches beyond the pages")
     base_mass: float = ranged(0.60, 0.45, 0.80, "kg", _ARCTIC)
     cover_mass: float = ranged(0.10, 0.07, 0.14, "kg", _ARCTIC)
     colours: tuple[Colour, Colour] = chosen(
