@@ -30,6 +30,8 @@ _SUPPORT_COLLISION_GROUP = 1
 _HEIGHT_AT_FIRST = 10.0
 """Of an object over the table or the object before it until poses are written [m]: solvers size themselves by the first
 contacts, which mean nothing."""
+_MASK_DOMAIN = 0
+"""Whose bits collision masks are; Newton keeps those of one domain as they are."""
 _UNLIMITED = 1e10
 """Joint limit from which on Newton makes no constraint of it."""
 _LIMIT_SOLREF = (0.02, 1.0)
@@ -233,3 +235,21 @@ def _set_mujoco_attributes(model: newton.Model, physics: PhysicsConfig) -> None:
     model.mujoco.solreflimit_mode.fill_(_RAW_SOLREF)
     is_hand = np.array([label.split("/")[-2] in _HAND_COLLISION_GROUP for label in model.body_label])
     model.mujoco.gravcomp.assign((is_hand & physics.gravity_compensation).astype(np.float32))
+    _set_collision_masks(model)
+
+
+def _set_collision_masks(model: newton.Model) -> None:
+    """Give MuJoCo the collision groups as masks, a bit for each group.
+
+    Newton's own masks are not exact for objects of many pieces: they let a hand collide with the table.
+    """
+    groups = model.shape_collision_group.numpy().astype(np.int64)
+    own = np.int64(1) << (groups.max() - groups)
+    everyone, supports = np.bitwise_or.reduce(own), own[groups == _SUPPORT_COLLISION_GROUP][0]
+    hands = np.bitwise_or.reduce(own[np.isin(groups, list(_HAND_COLLISION_GROUP.values()))])
+    affinity = everyone & ~own
+    affinity[own & hands != 0] &= ~supports
+    affinity[own == supports] &= ~hands
+    model.mujoco.contype.assign(own)
+    model.mujoco.conaffinity.assign(affinity)
+    model.mujoco.collision_mask_domain.fill_(_MASK_DOMAIN)

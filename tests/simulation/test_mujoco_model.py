@@ -119,11 +119,14 @@ def test_bases_are_mocap_bodies(fixed_base: bool) -> None:
     assert model.body_gravcomp[model.body(f"left_{HAND_BASE}").id] == 1.0
 
 
-def test_who_collides_with_whom() -> None:
-    """Objects with all but their own parts; hands with objects and each other, but not with what objects stand on."""
-    box = load_object("lidded-box")
+@pytest.mark.parametrize(("name", "count"), [("lidded-box", 2), ("open-scissors", 4)])
+def test_who_collides_with_whom(name: str, count: int) -> None:
+    """Objects with all but their own parts; hands with objects and each other, but not with what objects stand on.
+
+    However many pieces there are: Newton's own masks give up on many.
+    """
     stage = StageConfig(height=0.01, size=(0.5, 0.5))
-    scene = replace(open_scene(False, ("left", "right")), objects=(box, box), stage=stage)
+    scene = replace(open_scene(False, ("left", "right")), objects=(load_object(name),) * count, stage=stage)
     model = compile_mujoco(scene)
     data = mujoco.MjData(model)
     # everything in one heap around the origin, sunk into stage and table
@@ -134,8 +137,8 @@ def test_who_collides_with_whom() -> None:
         for geom, body in enumerate(model.geom_bodyid)
     ]
     pairs = {frozenset((owner[contact.geom1], owner[contact.geom2])) for contact in data.contact}
-    hands, objects = ("left", "right"), ("object0", "object1")
-    expected = {hands, objects, *itertools.product(objects, (*hands, "table", "stage"))}
+    hands, objects = ("left", "right"), [f"object{slot}" for slot in range(count)]
+    expected = {hands, *itertools.combinations(objects, 2), *itertools.product(objects, (*hands, "table", "stage"))}
     assert pairs == {frozenset(pair) for pair in expected}
 
 
