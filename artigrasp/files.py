@@ -1,9 +1,11 @@
 """How every file of the project is written (whole or not at all) and recognised (format and version)."""
 
+import errno
 import operator
 import os
 import re
 import secrets
+import shutil
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -13,6 +15,8 @@ from artigrasp.errors import UserError
 
 LEFTOVER_AGE = 3600.0
 """A temporary file that is older belongs to a process that was killed [s]."""
+FULL_DISK = 1 << 18
+"""A disk with less free space is full [bytes]: what fails to be written there failed for that."""
 _TEMPORARY = re.compile(r"\..+\.[0-9a-f]{8}(\.\w+)?")
 
 
@@ -30,7 +34,7 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
         A path beside ``path``, with the same suffix, at which the caller writes a new file.
 
     Raises:
-        UserError: The folder cannot be made or written to.
+        UserError: The folder cannot be made or written to, or its disk is full.
     """
     path = Path(path)
     check_target(path)
@@ -45,8 +49,18 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
         with temporary.open("r+b") as written:
             os.fsync(written.fileno())
         os.replace(temporary, path)
+    except Exception as error:
+        if _disk_is_full(error, path.parent):
+            raise UserError(f"{path}: cannot write this file: no space left on its disk") from error
+        raise
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _disk_is_full(error: Exception, folder: Path) -> bool:
+    """Whether it was for want of space that a file could not be written; some libraries do not tell."""
+    told = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+    return told or shutil.disk_usage(folder).free < FULL_DISK
 
 
 def remove_leftovers(folder: Path) -> None:

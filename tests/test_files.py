@@ -1,8 +1,11 @@
 """Tests of writing whole files and of recognising them."""
 
+import errno
 import os
+import shutil
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -31,6 +34,22 @@ def test_atomic_write_keeps_the_old_file_on_failure(tmp_path: Path) -> None:
         raise RuntimeError("half way")
     assert target.read_text() == "old"
     assert list(tmp_path.iterdir()) == [target]
+
+
+@pytest.mark.parametrize(
+    ("error", "free"),
+    [(OSError(errno.ENOSPC, "No space left on device"), 1 << 30), (RuntimeError("unexpected pos 64 vs 0"), 0)],
+)
+def test_atomic_write_tells_that_a_disk_is_full(
+    error: Exception, free: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whether the library that writes says so or fails in a way of its own; the old file stays."""
+    monkeypatch.setattr(shutil, "disk_usage", lambda folder: SimpleNamespace(free=free))
+    target = tmp_path / "policy.pt"
+    target.write_text("old")
+    with pytest.raises(UserError, match=r"policy.pt: cannot write this file: no space left"), atomic_write(target):
+        raise error
+    assert target.read_text() == "old"
 
 
 def test_atomic_write_refuses_impossible_places(tmp_path: Path) -> None:

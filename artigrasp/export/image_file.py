@@ -61,6 +61,7 @@ def save_video(frames: Iterable[NDArray[np.uint8]], path: str | os.PathLike[str]
             with closing(writer) as video:
                 for frame in frames:
                     video.append_data(frame)
+            imageio.get_reader(temporary).close()  # ffmpeg ends without a word where the disk was full
         else:
             images: Iterator[Image.Image] = (Image.fromarray(frame) for frame in frames)
             next(images).save(temporary, save_all=True, append_images=images, duration=round(1000 / rate), loop=0)
