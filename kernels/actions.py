@@ -234,11 +234,9 @@ def wrist_prior(
     target = start
     if settings.wrist_prior == _TRANSPORT:
         plan = planned_object_pose(phase, goal, world, now, settings.speed, settings.turn_speed)
-        held = wp.transform_inverse(phase.start_object_pose[world]) * start
+        target = plan * wp.transform_inverse(phase.start_object_pose[world]) * start
         if goal.engaged[world, hand] != 0:
-            held = wp.transform_inverse(object_state.pose[world]) * reference
-        target = plan * held
-        target = correct_pose(target, object_state.pose[world], plan, settings.feedback)
+            target = correct_pose(target, object_state.pose[world], plan, settings.feedback)
     elif settings.wrist_prior == _TRANSIT:
         engaged = goal.engaged[world, hand] != 0
         distance = wp.where(engaged, settings.pregrasp_distance, settings.idle_distance)

@@ -10,6 +10,10 @@ wp.set_module_options({"enable_backward": False})
 
 ARC_HEIGHT = wp.constant(0.1)
 """How much farther from the object a wrist that goes around to its other side passes [m]."""
+CORRECTION_SHIFT = wp.constant(0.05)
+"""How far a wrist is moved at most to make up for an object that lags behind its planned pose [m]."""
+CORRECTION_TURN = wp.constant(0.2)
+"""How far it is turned for that at most [rad]."""
 
 
 @wp.func
@@ -45,14 +49,23 @@ def blend_poses(start: wp.transform, end: wp.transform, fraction: float) -> wp.t
 
 
 @wp.func
+def shortened(vector: wp.vec3, limit: float) -> wp.vec3:
+    """The vector, or as much of it as is no longer than a limit."""
+    return vector * (limit / wp.max(wp.length(vector), limit))
+
+
+@wp.func
 def correct_pose(pose: wp.transform, found: wp.transform, wanted: wp.transform, share: float) -> wp.transform:
-    """A frame moved, and turned about the wanted origin, by a share of what leads from a found to a wanted frame."""
+    """A frame moved, and turned about the wanted origin, by a share of what leads from a found to a wanted frame.
+
+    It goes no farther than ``CORRECTION_SHIFT`` and ``CORRECTION_TURN``: hands that chase what tips over throw it.
+    """
     origin = wp.transform_get_translation(wanted)
-    shift = share * (origin - wp.transform_get_translation(found))
+    shift = shortened(share * (origin - wp.transform_get_translation(found)), CORRECTION_SHIFT)
     turn = quat_to_rotation_vector(
         wp.transform_get_rotation(wanted) * wp.quat_inverse(wp.transform_get_rotation(found))
     )
-    rotation = rotation_vector_to_quat(share * turn)
+    rotation = rotation_vector_to_quat(shortened(share * turn, CORRECTION_TURN))
     arm = wp.quat_rotate(rotation, wp.transform_get_translation(pose) - origin)
     return wp.transform(origin + arm + shift, rotation * wp.transform_get_rotation(pose))
 
