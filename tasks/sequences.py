@@ -22,9 +22,12 @@ GRASP = PhaseConfig(
     most_steps=220,
     opens=False,
     action=replace(_REACH, approach_arc=0.05, close_start=60, close_end=110, follow=0.0, press=0.02),
-    gains=SOFT_FINGERS,
+    gains=replace(SOFT_FINGERS, wrist_translation=STRONG_WRISTS.wrist_translation),
 )
-"""Both hands go to where the object stands and then close on it, until it rests in them."""
+"""Both hands go to where the object stands and then close on it, until it rests in them.
+
+Their wrists are as stiff as those that carry, so that nothing jerks when the object is lifted.
+"""
 
 RELOCATE = PhaseConfig(
     name="relocate",
