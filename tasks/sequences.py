@@ -13,6 +13,8 @@ SOFT_FINGERS = PDGains(PDGain(kp=400.0, kd=20.0), PDGain(kp=50.0, kd=0.2), PDGai
 """Fingers that give way while they close push the object about less."""
 STRONG_WRISTS = PDGains(PDGain(kp=1000.0, kd=45.0), PDGain(kp=50.0, kd=0.2), PDGain(kp=50.0, kd=0.2))
 """Wrists that carry; the authors' stiffness."""
+LOOSE_WRISTS = replace(SOFT_FINGERS, wrist_translation=PDGain(kp=50.0, kd=10.0))
+"""Wrists that give way too, so that it is the hand that moves when opening fingers push."""
 
 GRASP = PhaseConfig(
     name="grasp",
@@ -69,7 +71,7 @@ RELEASE = PhaseConfig(
     action=ActionConfig(
         wrist_prior="retreat", finger_prior="opening", residual=None, retreat_distance=0.0, close_start=0, close_end=30
     ),
-    gains=SOFT_FINGERS,
+    gains=LOOSE_WRISTS,
 )
 """The fingers open."""
 
