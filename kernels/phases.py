@@ -275,7 +275,7 @@ def begin_phases(
         references: the references.
         phase_references: [W, 2] int, the references that a world's phases choose from.
         table, limits, hand_model, object_state: inputs.
-        reference_index: [W] int output, the reference that is played.
+        reference_index: [W] int in and out, the reference that is played.
         hand_state: in and out.
         goal, phase: outputs; what is asked of the object is left to `set_phase_goal`.
     """
@@ -284,18 +284,20 @@ def begin_phases(
         return
     index = phase.index[world]
     reference = phase_references[world, table.reference[index]]
+    is_another = reference != reference_index[world]
     reference_index[world] = reference
     for hand in range(references.active.shape[1]):
-        set_hand_goal(
-            references,
-            reference,
-            references.wrist_pose_in_part[reference, hand],
-            limits.limit_margin,
-            hand_model,
-            goal,
-            world,
-            hand,
-        )
+        if is_another:  # else it stays as the reset wrote it, with its noise
+            set_hand_goal(
+                references,
+                reference,
+                references.wrist_pose_in_part[reference, hand],
+                limits.limit_margin,
+                hand_model,
+                goal,
+                world,
+                hand,
+            )
         twist = wrist_twist(hand_state, world, hand)
         base = wrist_pose(hand_state, world, hand)
         hand_state.hand_base[world, hand] = base

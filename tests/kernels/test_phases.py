@@ -262,3 +262,28 @@ def test_a_phase_begins_where_the_wrists_are() -> None:
     for name in ("active", "part", "wrist_pose_in_part", "finger_angles"):
         expected = getattr(worlds.references, name)[played]
         np.testing.assert_allclose(getattr(worlds.goal, name).numpy()[mask], expected, atol=1e-6)
+
+
+def test_a_reference_that_is_played_on_keeps_its_noise() -> None:
+    """The hand that has grasped with the noise of the reset carries with it; another reference comes without."""
+    worlds = Worlds(reference_position_noise=0.01, reference_rotation_noise=0.1)
+    worlds.reset()
+    noisy, played = worlds.goal.wrist_pose_in_part.numpy(), worlds.index
+    assert np.abs(noisy - worlds.references.wrist_pose_in_part[played]).max() > 0.005
+    other = (played + 1) % REFERENCE_COUNT
+    is_another = np.arange(WORLD_COUNT) % 2 == 1
+    references = np.where(is_another, other, played)
+    worlds.phase.index.fill_(1)
+    wp.launch(
+        begin_phases,
+        dim=WORLD_COUNT,
+        inputs=[
+            wp.full(WORLD_COUNT, 1, dtype=int), worlds.table, wp.array(np.stack([references] * 2, axis=1), dtype=int),
+            phase_table([GRASP, CARRY], "cpu"), phase_limits(0), worlds.hand_model, worlds.objects,
+        ],
+        outputs=[wp.array(played, dtype=int), worlds.hands, worlds.goal, worlds.phase],
+    )  # fmt: skip
+    found = worlds.goal.wrist_pose_in_part.numpy()
+    np.testing.assert_array_equal(found[~is_another], noisy[~is_another])
+    expected = worlds.references.wrist_pose_in_part[other]
+    np.testing.assert_allclose(found[is_another], expected[is_another], atol=1e-6)
