@@ -32,7 +32,7 @@ TASK = TaskConfig(
     gains=GRASP.gains,
     reset=replace(right_fixed_synergy.TASK.reset, reference_position_noise=0.005, reference_rotation_noise=0.05),
     reward=RewardConfig(**_NOTHING, outcome_lift=1.0, outcome_position_error=1.0, outcome_rotation_error=0.5),
-    replay=ReplayConfig(random_iterations=6, exploration=0.3),
+    replay=ReplayConfig(random_iterations=4, exploration=0.3),
     ppo=PPOConfig(
         steps_per_env=1,
         gamma=1.0,
