@@ -11,6 +11,7 @@ from artigrasp.cli.output import show, show_json
 from artigrasp.config import SimulatorConfig
 
 if TYPE_CHECKING:
+    from artigrasp.config import TaskConfig
     from artigrasp.viewer.subject import Subject
 
 
@@ -161,6 +162,7 @@ def _task(what: Task) -> "dict[str, Subject]":
         task.name,
         pilot,
         what.objects,
+        reward_terms=_terms(task),
         split=what.split,
         world_count=what.worlds,
         seed=what.seed,
@@ -179,12 +181,21 @@ def _run(what: Run) -> "dict[str, Subject]":
         description.task.name,
         RunPilot(what.folder),
         description.objects,
+        reward_terms=_terms(description.task),
         split=what.split,
         world_count=what.worlds,
         seed=what.seed,
         simulator=what.simulator,
     )
     return {f"{what.folder}, live": live}
+
+
+def _terms(task: "TaskConfig") -> tuple[str, ...]:
+    """Terms of the reward that count in a task."""
+    from artigrasp.kernels.outcomes import OUTCOME_TERMS
+    from artigrasp.kernels.rewards import TERMS
+
+    return tuple(term for term in (*TERMS, *OUTCOME_TERMS) if task.reward.counts(term))
 
 
 _SUBJECTS: "dict[type[Serving], Callable[[Any], dict[str, Subject]]]" = {

@@ -47,6 +47,11 @@ class RewardConfig:
     outcome_rotation_error: float = 0.0
     """Angle between the base and its target at the end, up to 0.5 rad [1/rad]; not in the paper."""
 
+    def counts(self, term: str) -> bool:
+        """Whether a term of the reward counts; the keypoints' comprises the fingertips'."""
+        weights = ("keypoint", "fingertip") if term == "keypoint" else (term,)
+        return any(getattr(self, weight) for weight in weights)
+
     @property
     def rewards_outcome(self) -> bool:
         """Whether an outcome term counts, which makes the end of an episode part of the task and no mere time limit."""

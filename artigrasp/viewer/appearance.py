@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from artigrasp.viewer.conventions import Rgb
 
@@ -34,6 +34,8 @@ WEAK, STRONG = 0.05, 12.0
 """Contact forces at the ends of the scale of colours [N]; what is weaker is not shown."""
 FORCE_COLOURS = np.array([[70, 130, 240], [60, 200, 190], [250, 205, 60], [240, 80, 50]], float)
 """The scale of colours from weak to strong."""
+FORCE_STEPS = 6
+"""Colours of the scale that arrows have."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,7 @@ class Appearance:
         target_contacts: Whether the points are marked that the reference touches.
         reference_ghost: Opacity of the hands of the reference, 0 to hide them.
         target_ghost: Opacity of the object at its target, 0 to hide it.
+        fine: Whether there are shadows and rounder hands, which cost time where no graphics card draws.
     """
 
     hands: HandLook = "skin"
@@ -59,11 +62,17 @@ class Appearance:
     target_contacts: bool = False
     reference_ghost: float = 0.0
     target_ghost: float = 0.25
+    fine: bool = True
 
 
-def force_colours(force: ArrayLike) -> NDArray[np.uint8]:
-    """Colours of contact forces [N] of any shape ``[...]``, sRGB bytes, shape ``[..., 3]``."""
-    share = np.clip(np.asarray(force, float) / STRONG, 0.0, 1.0) * (len(FORCE_COLOURS) - 1)
+def force_colours() -> NDArray[np.uint8]:
+    """The colours that arrows have, from weak to strong, sRGB bytes, shape ``[FORCE_STEPS, 3]``."""
+    share = np.linspace(0.0, len(FORCE_COLOURS) - 1, FORCE_STEPS)
     stops = np.arange(len(FORCE_COLOURS))
     channels = [np.interp(share, stops, FORCE_COLOURS[:, channel]) for channel in range(3)]
     return np.stack(channels, axis=-1).round().astype(np.uint8)
+
+
+def force_step(force: float) -> int:
+    """Which of these colours a force [N] has."""
+    return min(int(FORCE_STEPS * force / STRONG), FORCE_STEPS - 1)

@@ -5,62 +5,21 @@ from collections.abc import Sequence
 import numpy as np
 import trimesh
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 from viser import BatchedMeshHandle, SceneApi
 
 from artigrasp.assets.hand import HandModel
-from artigrasp.assets.hand_surface import core_points
 from artigrasp.assets.object import ObjectModel
-from artigrasp.kernels.layout import LINK_COUNT, PARTS
-from artigrasp.viewer.appearance import TOUCHED, UNTOUCHED, WEAK, Appearance, force_colours
+from artigrasp.kernels.layout import LINK_COUNT
+from artigrasp.viewer.appearance import TOUCHED, UNTOUCHED, WEAK, Appearance
+from artigrasp.viewer.contact_sites import ContactSites
+from artigrasp.viewer.force_arrows import NOWHERE, ForceArrows
 from artigrasp.viewer.recording import Aim, Sample
 
 Array = NDArray[np.float64]
 
-SURFACE_POINTS = 6000
-"""Points that stand for the surface of a part."""
-LENGTH = 0.009
-"""Of an arrow per newton [m]."""
-LONGEST = 0.18
-"""Of an arrow [m]."""
-DOT, MARK = 0.0035, 0.0045
-"""Radii of a contact point and of a target contact [m]."""
-
-NOWHERE = np.array([[0.0, 0.0, -10.0], [0.0, 0.0, -10.01]])
-"""Where balls and arrows wait that are not needed, start and end [m]: their number must not change."""
-
-
-class ContactSites:
-    """Where links touch parts: the point of the part that is nearest to the link.
-
-    The physics tells one force for a link and a part; this is where it is drawn.
-    """
-
-    def __init__(self, hands: Sequence[HandModel], object: ObjectModel) -> None:
-        """Prepare for these hands and this object."""
-        self._cores = []
-        for hand in hands:
-            points = core_points(hand)
-            self._cores.append([points.position[points.link == link] for link in range(LINK_COUNT)])
-        self._points = []
-        for part in object.parts:
-            mesh = trimesh.Trimesh(part.vertices, part.faces, process=False)
-            self._points.append(np.asarray(trimesh.sample.sample_surface(mesh, SURFACE_POINTS, seed=0)[0]))
-        self._trees = [cKDTree(points) for points in self._points]
-
-    def nearest(
-        self, hand: int, link: int, part: int, link_pose: NDArray[np.floating], part_pose: NDArray[np.floating]
-    ) -> Array:
-        """The point of a part that is nearest to a link, in the part's frame [m], shape ``[3]``.
-
-        Both poses are in one frame: position [m], quaternion xyzw.
-        """
-        core = Rotation.from_quat(link_pose[3:]).apply(self._cores[hand][link]) + link_pose[:3]
-        in_part = Rotation.from_quat(part_pose[3:]).inv().apply(core - part_pose[:3])
-        distance, index = self._trees[part].query(in_part)
-        found: Array = self._points[part][index[np.argmin(distance)]]
-        return found
+MARK = 0.0045
+"""Radius of a target contact [m]."""
 
 
 class ContactFigure:
@@ -85,18 +44,9 @@ class ContactFigure:
         """
         self._sites = [ContactSites(hands, object) for object in objects]
         self._marks: list[list[tuple[int, int, Array]]] = []
-        capacity = len(hands) * LINK_COUNT * len(PARTS)
-        self._dots = _add_balls(scene, f"{name}/contacts", DOT, capacity)
         count = len(hands) * LINK_COUNT
         self._target_dots = [_add_balls(scene, f"{part}/target_contacts", MARK, count) for part in parts]
-        self._arrows = scene.add_arrows(
-            f"{name}/forces",
-            np.tile(NOWHERE, (capacity, 1, 1)),
-            np.zeros((capacity, 3), np.uint8),
-            shaft_radius=0.0016,
-            head_radius=0.004,
-            head_length=0.009,
-        )
+        self._arrows = ForceArrows(scene, name)
         self._appearance = Appearance()
 
     def set_aim(self, aim: Aim | None) -> None:
@@ -114,7 +64,7 @@ class ContactFigure:
     def appear(self, appearance: Appearance) -> None:
         """Show them as the panel says; what changes with time follows with the next sample."""
         self._appearance = appearance
-        self._dots.visible = self._arrows.visible = appearance.contacts
+        self._arrows.visible = appearance.contacts
         for dots in self._target_dots:
             dots.visible = appearance.target_contacts
 
@@ -137,20 +87,13 @@ class ContactFigure:
             _show_balls(dots, [site for _, _, site in marks], colours)
 
     def _show_forces(self, sample: Sample, size: NDArray[np.floating]) -> None:
-        touching = np.argwhere(size > WEAK)
-        starts, arrows = [], np.tile(NOWHERE, (size.size, 1, 1))
-        colours = np.zeros((size.size, 3), np.uint8)
-        for row, (hand, link, part) in enumerate(touching):
+        starts, forces = [], []
+        for hand, link, part in np.argwhere(size > WEAK):
             part_pose = sample.part_poses[sample.focus, part]
             site = self._sites[sample.focus].nearest(hand, link, part, sample.link_poses[hand, link], part_pose)
-            start = place(site, part_pose)
-            force = sample.contact_force[hand, link, part]
-            length = min(LENGTH * size[hand, link, part], LONGEST)
-            arrows[row] = start, start + length * force / size[hand, link, part]
-            starts.append(start)
-        colours[: len(touching)] = force_colours(size[tuple(touching.T)])
-        self._arrows.points, self._arrows.colors = arrows.astype(np.float32), colours
-        _show_balls(self._dots, starts, list(colours[: len(touching)]))
+            starts.append(place(site, part_pose))
+            forces.append(sample.contact_force[hand, link, part])
+        self._arrows.show(starts, forces)
 
 
 def place(point: Array, pose: NDArray[np.floating]) -> Array:
@@ -166,7 +109,7 @@ def _add_balls(scene: SceneApi, name: str, radius: float, capacity: int) -> Batc
         np.asarray(ball.vertices),
         np.asarray(ball.faces),
         batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (capacity, 1)),
-        batched_positions=np.tile(NOWHERE[0], (capacity, 1)),
+        batched_positions=np.tile(NOWHERE, (capacity, 1)),
         batched_colors=np.zeros((capacity, 3), np.uint8),
         lod="off",
         cast_shadow=False,
@@ -175,7 +118,7 @@ def _add_balls(scene: SceneApi, name: str, radius: float, capacity: int) -> Batc
 
 
 def _show_balls(handle: BatchedMeshHandle, places: Sequence[Array], colours: Sequence[ArrayLike]) -> None:
-    positions, colour_rows = np.tile(NOWHERE[0], (len(handle.batched_positions), 1)), handle.batched_colors.copy()
+    positions, colour_rows = np.tile(NOWHERE, (len(handle.batched_positions), 1)), handle.batched_colors.copy()
     if places:
         positions[: len(places)], colour_rows[: len(places)] = np.array(places), np.array(colours)
     handle.batched_positions = positions.astype(np.float32)

@@ -103,11 +103,11 @@ class Figure:
     def _show_ghosts(self) -> None:
         """Show the hands of the reference, each below the part that it manipulates."""
         wanted = set()
-        if self._appearance.reference_ghost > 0 and self._aim is not None:
+        if self._appearance.reference_ghost > 0 and self._aim is not None and self._aim.needs_ghost:
             wanted = {(hand, int(self._aim.part[hand])) for hand in np.flatnonzero(self._aim.active).tolist()}
         for hand, part in wanted - set(self._ghosts):
             name = f"{self._objects[0].parts[part]}/reference_{self._track.hands[hand].side}"
-            mesh = self._hands[hand].mesh("skin")
+            mesh = self._hands[hand].mesh("coarse skin")
             self._ghosts[hand, part] = add_hand(self._scene, name, mesh, REFERENCE_GHOST, GHOST)
         for (hand, part), ghost in self._ghosts.items():
             ghost.visible = (hand, part) in wanted

@@ -26,7 +26,7 @@ def status_html(*, title: str, phase: str, time: float, angle: float, target: fl
     goal = "" if target is None else f" <span style='color:{FAINT}'>of</span> {math.degrees(target):.0f}°"
     warning = f"<div style='color:#c2410c;margin-top:6px'>{html.escape(note)}</div>" if note else ""
     return (
-        f"<div style='padding:2px 4px 4px;font-size:13px;line-height:1.35'>"
+        f"<div style='padding:2px 10px 4px;font-size:13px;line-height:1.35'>"
         f"<div style='font-weight:600;overflow-wrap:anywhere'>{html.escape(title)}</div>"
         f"<div style='display:flex;align-items:center;gap:14px;margin-top:4px'>{_gauge(angle, target)}"
         f"<div><div style='font-size:22px;font-weight:600;font-variant-numeric:tabular-nums'>"
@@ -41,9 +41,9 @@ def status_html(*, title: str, phase: str, time: float, angle: float, target: fl
 def metrics_html(metrics: Mapping[str, float]) -> str:
     """A table of metrics."""
     if not metrics:
-        return f"<div style='padding:4px;color:{FAINT};font-size:12px'>none yet</div>"
+        return f"<div style='padding:4px 10px;color:{FAINT};font-size:12px'>no metrics yet</div>"
     rows = "".join(
-        f"<tr><td style='color:{FAINT};padding:1px 10px 1px 4px'>{html.escape(name.replace('_', ' '))}</td>"
+        f"<tr><td style='color:{FAINT};padding:1px 10px 1px 10px'>{html.escape(name.replace('_', ' '))}</td>"
         f"<td style='text-align:right;font-variant-numeric:tabular-nums'>{value:.3f}</td></tr>"
         for name, value in metrics.items()
     )
@@ -51,10 +51,14 @@ def metrics_html(metrics: Mapping[str, float]) -> str:
 
 
 def scale_html(colours: list[str], largest: float) -> str:
-    """The scale of colours of contact forces up to the largest [N]."""
+    """The colours of contact forces from none to the largest [N], in equal steps."""
+    share = 100 / len(colours)
+    steps = ",".join(
+        f"{colour} {share * index:.1f}% {share * (index + 1):.1f}%" for index, colour in enumerate(colours)
+    )
     return (
-        f"<div style='padding:2px 4px 6px;font-size:11px;color:{FAINT}'>"
-        f"<div style='height:7px;border-radius:4px;background:linear-gradient(90deg,{','.join(colours)})'></div>"
+        f"<div style='padding:2px 10px 6px;font-size:11px;color:{FAINT}'>"
+        f"<div style='height:7px;border-radius:4px;background:linear-gradient(90deg,{steps})'></div>"
         f"<div style='display:flex;justify-content:space-between'><span>contact force 0</span>"
         f"<span>{largest:.0f} N and more</span></div></div>"
     )

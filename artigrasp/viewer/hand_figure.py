@@ -1,6 +1,7 @@
 """A hand in the scene, in its skin or as rigid links; and one that only stands there, as a ghost."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,11 +9,15 @@ from viser import MeshSkinnedHandle, SceneApi
 
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.hand_skin import SKIN_COLOUR
-from artigrasp.viewer.appearance import Appearance, HandLook
+from artigrasp.viewer.appearance import Appearance
 from artigrasp.viewer.conventions import Rgb, to_srgb, to_wxyz
 from artigrasp.viewer.meshes import SkinnedMesh, links_mesh, skin_mesh
 
-_MESHES: dict[HandLook, Callable[[HandModel], SkinnedMesh]] = {"skin": skin_mesh, "links": links_mesh}
+_MESHES: dict[str, Callable[[HandModel], SkinnedMesh]] = {
+    "skin": skin_mesh,
+    "coarse skin": partial(skin_mesh, fine=False),
+    "links": links_mesh,
+}
 
 
 class HandFigure:
@@ -21,12 +26,12 @@ class HandFigure:
     def __init__(self, scene: SceneApi, name: str, hand: HandModel) -> None:
         """Make it below a node of the scene, at first without any mesh."""
         self._scene, self._name, self._hand = scene, name, hand
-        self._meshes: dict[HandLook, SkinnedMesh] = {}
-        self._drawn: dict[HandLook, MeshSkinnedHandle] = {}
-        self._look: HandLook = "hidden"
+        self._meshes: dict[str, SkinnedMesh] = {}
+        self._drawn: dict[str, MeshSkinnedHandle] = {}
+        self._shown: MeshSkinnedHandle | None = None
         self._poses: NDArray[np.floating] | None = None
 
-    def mesh(self, look: HandLook) -> SkinnedMesh:
+    def mesh(self, look: str) -> SkinnedMesh:
         """Its mesh, made on first use."""
         if look not in self._meshes:
             self._meshes[look] = _MESHES[look](self._hand)
@@ -34,22 +39,23 @@ class HandFigure:
 
     def appear(self, appearance: Appearance) -> None:
         """Show it as the panel says."""
-        self._look = appearance.hands
+        look = "coarse skin" if appearance.hands == "skin" and not appearance.fine else appearance.hands
         opacity = None if appearance.hand_opacity >= 1.0 else appearance.hand_opacity
-        if self._look != "hidden" and self._look not in self._drawn:
-            name = f"{self._name}/{self._look}"
-            self._drawn[self._look] = add_hand(self._scene, name, self.mesh(self._look), to_srgb(SKIN_COLOUR), opacity)
-            if self._poses is not None:
-                pose_bones(self._drawn[self._look], self._poses)
-        for look, handle in self._drawn.items():
-            handle.visible = look == self._look
+        if look in _MESHES and look not in self._drawn:
+            name = f"{self._name}/{look.replace(' ', '_')}"
+            self._drawn[look] = add_hand(self._scene, name, self.mesh(look), to_srgb(SKIN_COLOUR), opacity)
+        self._shown = self._drawn.get(look)
+        for handle in self._drawn.values():
+            handle.visible = handle is self._shown
             handle.opacity = opacity
+        if self._poses is not None:
+            self.pose(self._poses)
 
     def pose(self, link_poses: NDArray[np.floating]) -> None:
         """Move its links to these poses in the frame of the node (position [m], quaternion xyzw), shape ``[16, 7]``."""
         self._poses = link_poses
-        if self._look != "hidden":
-            pose_bones(self._drawn[self._look], link_poses)
+        if self._shown is not None:
+            pose_bones(self._shown, link_poses)
 
 
 def add_hand(

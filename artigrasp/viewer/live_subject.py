@@ -44,6 +44,7 @@ class LiveSubject:
         pilot: Pilot,
         objects: Sequence[str],
         *,
+        reward_terms: Sequence[str] = (),
         split: str = "test",
         world_count: int = 4,
         seed: int = 0,
@@ -55,11 +56,13 @@ class LiveSubject:
             title: What it is, in a few words.
             pilot: What acts.
             objects: Objects to choose from.
+            reward_terms: Terms of the reward that are worth a plot.
             split: Split whose references are played.
             world_count: Worlds that are simulated at once.
             seed: Seed of everything that is drawn.
             simulator: Backend, device and threads.
         """
+        self.reward_terms = tuple(reward_terms)
         self._title, self._pilot, self._split, self._seed = title, pilot, split, seed
         self._world_count, self._simulator, self._objects = world_count, simulator, tuple(objects)
         self._object, self._world = self._objects[0], 0

@@ -9,6 +9,7 @@ from viser import GuiApi, GuiEvent, Icon, SceneApi
 
 from artigrasp.assets.object import load_object
 from artigrasp.motion.motion import Motion
+from artigrasp.viewer.job_bar import JobBar
 from artigrasp.viewer.jobs import JobState
 from artigrasp.viewer.target_gizmo import TargetGizmo
 from artigrasp.viewer.wish import BASELINES, OPEN, WHATS, Wish, reference_counts
@@ -56,14 +57,12 @@ class Maker:
         self._where = gui.add_html("")
         self._seed = gui.add_number("Seed", wish.seed, min=0, step=1)
         self._button = gui.add_button("Generate anew", icon=Icon.WAND)
-        self._stop = gui.add_button("Cancel", icon=Icon.PLAYER_STOP, visible=False, color="gray")
-        self._bar = gui.add_progress_bar(0.0, visible=False, animated=True)
+        self._bar = JobBar(gui, lambda: self._post(self._cancel))
         self._message = gui.add_html("")
         for widget in (self._what, self._object, self._actor, self._reference, self._grasp, self._angle, self._seed):
             widget.on_update(self._from_people(self._read))
         self._handle.on_update(self._from_people(self._show))
         self._button.on_click(self._from_people(lambda: self._generate(self.wish)))
-        self._stop.on_click(self._from_people(self._cancel))
         self._show()
 
     def propose(self, object: str, angle: float | None) -> None:
@@ -74,9 +73,8 @@ class Maker:
 
     def show_job(self, job: JobState) -> None:
         """Say how far the work is."""
-        busy = bool(job.name)
-        self._button.disabled, self._stop.visible, self._bar.visible = busy, busy, busy
-        self._bar.value = min(100.0 * job.done / job.total, 100.0) if job.total else 0.0
+        self._button.disabled = bool(job.name)
+        self._bar.show(job)
 
     def say(self, content: str) -> None:
         """Say what came of it."""
@@ -129,14 +127,15 @@ class Maker:
     def _show_where(self) -> None:
         x, y = (100 * value for value in self.wish.shift)
         self._where.content = (
-            f"<div style='padding:0 4px;font-size:12px;color:#7b8794'>target: {x:+.0f} cm, {y:+.0f} cm, "
+            f"<div style='padding:0 10px;font-size:12px;color:#7b8794'>target: {x:+.0f} cm, {y:+.0f} cm, "
             f"turned by {self.wish.yaw:+.2f} rad</div>"
         )
 
 
 def error_html(message: str) -> str:
     """What went wrong."""
-    return f"<div style='padding:4px;font-size:12px;color:#c2410c;overflow-wrap:anywhere'>{html.escape(message)}</div>"
+    style = "padding:4px 10px;font-size:12px;color:#c2410c;overflow-wrap:anywhere"
+    return f"<div style='{style}'>{html.escape(message)}</div>"
 
 
 def motion_html(motion: Motion) -> str:
@@ -144,4 +143,4 @@ def motion_html(motion: Motion) -> str:
     words = f"opened to {motion.metrics['final_angle']:.2f} rad of {motion.target_angle:.2f} rad"
     phases = motion.provenance.get("phases", "").splitlines()
     lines = "<br>".join(html.escape(line) for line in (words, *phases))
-    return f"<div style='padding:4px;font-size:12px;color:#4b5563'>{lines}</div>"
+    return f"<div style='padding:4px 10px;font-size:12px;color:#4b5563'>{lines}</div>"

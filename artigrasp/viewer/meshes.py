@@ -34,14 +34,16 @@ class SkinnedMesh:
     link_origin: Array
 
 
-def skin_mesh(hand: HandModel) -> SkinnedMesh:
-    """A hand in its skin, refined once so that its outline is round."""
+def skin_mesh(hand: HandModel, *, fine: bool = True) -> SkinnedMesh:
+    """A hand in its skin, if ``fine`` refined once so that its outline is round."""
     skin = skin_of(hand)
-    refine, faces = subdivide(skin.faces)
-    weights: Array = refine @ skin.weights
+    vertices, faces, weights = skin.vertices, skin.faces, skin.weights.astype(np.float64)
+    if fine:
+        refine, faces = subdivide(faces)
+        vertices, weights = refine @ vertices, refine @ weights
     np.put_along_axis(weights, np.argsort(weights, axis=1)[:, :-INFLUENCES], 0.0, axis=1)
     weights /= weights.sum(axis=1, keepdims=True)
-    return SkinnedMesh(refine @ skin.vertices, faces.astype(np.int64), weights, skin.link_origin)
+    return SkinnedMesh(vertices, faces.astype(np.int64), weights, skin.link_origin)
 
 
 def links_mesh(hand: HandModel) -> SkinnedMesh:

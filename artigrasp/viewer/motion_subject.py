@@ -26,6 +26,7 @@ class MotionSubject:
     status = ""
     generation = 0
     is_live = False
+    reward_terms = ()
 
     def __init__(self, motions: Sequence[tuple[str, Motion]]) -> None:
         """Show these motions, each with a label.
@@ -102,22 +103,27 @@ def _aim(motion: Motion, hands: Sequence[HandModel]) -> Aim | None:
     reference = motion.reference
     if reference is None:
         return None
+    contacts, active = _known_of_reference(motion)
     return Aim(
         angle=motion.target_angle,
         object_pose=moved_target(motion.target_object_pose, motion.object_pose[0]),
         part=reference.part,
         link_poses_in_part=reference_link_poses(reference, hands),
-        contacts=_target_contacts(motion),
-        active=np.ones(len(hands), bool),
+        contacts=contacts,
+        active=active,
     )
 
 
-def _target_contacts(motion: Motion) -> NDArray[np.bool_] | None:
-    """Links that should touch in the reference that a motion names, if it is among the assets."""
+def _known_of_reference(motion: Motion) -> tuple[NDArray[np.bool_] | None, NDArray[np.bool_]]:
+    """Links that should touch in the reference that a motion names, and hands that take part in it.
+
+    A motion does not tell; if the reference is not among the assets, no links are known and all hands take part.
+    """
+    unknown = None, np.ones(len(motion.hands), bool)
     try:
         references = load_references(motion.object)
     except UserError:
-        return None
+        return unknown
     rows = np.flatnonzero(references.source == motion.provenance.get("reference"))
     sides = [HANDS.index(side) for side in motion.hands]
-    return references.contacts[rows[0]][sides] if len(rows) else None
+    return (references.contacts[rows[0]][sides], references.active[rows[0]][sides]) if len(rows) else unknown

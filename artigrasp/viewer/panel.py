@@ -7,8 +7,10 @@ from typing import Any, Protocol
 
 from viser import ClientHandle, GuiApi, GuiDropdownHandle, GuiEvent, GuiInputHandle, Icon
 
-from artigrasp.viewer.appearance import FORCE_COLOURS, HAND_LOOKS, STRONG, Appearance
+from artigrasp.viewer.appearance import HAND_LOOKS, STRONG, Appearance, force_colours
 from artigrasp.viewer.gauge import metrics_html, scale_html, status_html
+from artigrasp.viewer.job_bar import JobBar
+from artigrasp.viewer.jobs import JobState
 from artigrasp.viewer.playback import SPEEDS, Playback
 from artigrasp.viewer.plots import Plots
 from artigrasp.viewer.recording import Track
@@ -59,6 +61,10 @@ class Requests(Protocol):
         """Send a file to a browser."""
         ...
 
+    def cancel(self) -> None:
+        """Give up what is done in the background."""
+        ...
+
     def screenshot(self, client: ClientHandle) -> None:
         """Send what a browser shows to it as a picture."""
         ...
@@ -67,8 +73,10 @@ class Requests(Protocol):
 class Panel:
     """The widgets; ``maker`` is called where those are to be that make new motions."""
 
-    def __init__(self, gui: GuiApi, requests: Requests, maker: Callable[[GuiApi], None], *, rewards: bool) -> None:
-        """Build it, with plots of the terms of the reward if there are any."""
+    def __init__(
+        self, gui: GuiApi, requests: Requests, maker: Callable[[GuiApi], None], reward_terms: Sequence[str]
+    ) -> None:
+        """Build it, with a plot of these terms of the reward if there are any."""
         self._gui, self._requests = gui, requests
         self._appearance = Appearance()
         self._subjects = gui.add_dropdown("Show", ("",), visible=False)
@@ -81,7 +89,7 @@ class Panel:
         with tabs.add_tab("View", Icon.EYE):
             self._build_view()
         with tabs.add_tab("Plots", Icon.CHART_LINE):
-            self._plots = Plots(gui, rewards=rewards)
+            self._plots = Plots(gui, reward_terms)
             self._metrics = gui.add_html(metrics_html({}))
         with tabs.add_tab("Make", Icon.WAND):
             maker(gui)
@@ -97,8 +105,7 @@ class Panel:
     def show_subject(self, subject: Subject, playback: Playback) -> None:
         """Fit pickers and timeline to a subject."""
         self._timeline.max = max(playback.duration, 0.01)
-        for widget in (self._timeline, self._play, self._speed, self._loop):
-            widget.disabled = playback.duration == 0
+        self._playback.visible = subject.is_live or playback.duration > 0
         self._loop.label = "Go on with the next episode" if subject.is_live else "Loop"
         self._show_pickers(subject.pickers)
 
@@ -106,7 +113,11 @@ class Panel:
         """Say where the playhead is and what it does."""
         self._play.label = "Pause" if playback.playing else "Play"
         self._play.icon = Icon.PLAYER_PAUSE if playback.playing else Icon.PLAYER_PLAY
-        self._timeline.value = min(playback.time, self._timeline.max)
+        value = min(playback.time, self._timeline.max)
+        if value != self._told and self._timeline.value == value:
+            # somebody put it there, but what was on its way to their browser may have moved it back since
+            self._timeline.value = value - self._timeline.step
+        self._timeline.value = self._told = value
 
     def show_status(self, subject: Subject, track: Track | None, time: float, note: str) -> None:
         """Say what goes on at a time [s]."""
@@ -125,6 +136,10 @@ class Panel:
             note=note,
         )
 
+    def show_job(self, job: JobState) -> None:
+        """Say how far the work in the background is."""
+        self._job.show(job)
+
     def show_plots(self, track: Track, time: float) -> None:
         """Draw curves and metrics."""
         self._plots.show(track.recording, None if track.aim is None else track.aim.angle, time)
@@ -132,10 +147,12 @@ class Panel:
 
     def _build_playback(self) -> None:
         gui, requests = self._gui, self._requests
-        with gui.add_folder(None):
+        self._playback = gui.add_folder(None)
+        with self._playback:
             self._play = gui.add_button("Play", icon=Icon.PLAYER_PLAY, hint="space")
             self._play.on_click(_from_people(lambda event: requests.toggle()))
             self._timeline = gui.add_slider("Time [s]", 0.0, 1.0, 0.01, 0.0)
+            self._told = self._timeline.value
             self._timeline.on_update(_from_people(lambda event: requests.seek(event.target.value)))
             self._steps = gui.add_button_group("Step", ("<", ">", "reset"), hint="arrow keys, home")
             moves = {"<": lambda: requests.step(-1), ">": lambda: requests.step(1), "reset": requests.begin_anew}
@@ -159,13 +176,14 @@ class Panel:
         self._add(gui.add_checkbox("Object", first.object), "object")
         self._add(gui.add_checkbox("Colliders", first.colliders, hint="the convex pieces that collide"), "colliders")
         self._add(gui.add_checkbox("Contact forces", first.contacts), "contacts")
-        gui.add_html(scale_html([f"rgb({r:.0f},{g:.0f},{b:.0f})" for r, g, b in FORCE_COLOURS], STRONG))
+        gui.add_html(scale_html([f"rgb({r},{g},{b})" for r, g, b in force_colours()], STRONG))
         self._add(
             gui.add_checkbox("Reference contacts", first.target_contacts, hint="green where the hand touches"),
             "target_contacts",
         )
         self._add(gui.add_slider("Reference ghost", 0.0, 1.0, 0.05, first.reference_ghost), "reference_ghost")
         self._add(gui.add_slider("Target ghost", 0.0, 1.0, 0.05, first.target_ghost), "target_ghost")
+        self._add(gui.add_checkbox("Fine", first.fine, hint="shadows and rounder hands; slow without a GPU"), "fine")
 
     def _add(self, widget: GuiInputHandle[Any], field: str) -> None:
         def update(event: GuiEvent) -> None:
@@ -182,6 +200,7 @@ class Panel:
             button.on_click(_from_people(partial(self._save, what)))
         button = gui.add_button("Save screenshot (.png)", icon=Icon.CAMERA)
         button.on_click(_from_people(lambda event: requests.screenshot(event.client)))
+        self._job = JobBar(gui, requests.cancel)
 
     def _save(self, what: str, event: GuiEvent) -> None:
         self._requests.save(what, event.client)

@@ -1,12 +1,12 @@
 """Curves over time in the panel, with a mark where the playhead is."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from viser import GuiApi, uplot
 
 from artigrasp.kernels.layout import HANDS
-from artigrasp.kernels.outcomes import OUTCOME_TERMS
-from artigrasp.kernels.rewards import TERMS
 from artigrasp.viewer.recording import Recording
 
 COLOURS = ("#2f7fc1", "#e07b39", "#34b27b", "#b0569c", "#8a6fd1", "#c2a022", "#4fb3bf", "#d0495b", "#6b7280", "#8d6e4b")
@@ -20,7 +20,6 @@ PLOTS = {
     "hinge angle [deg]": ("hinge angle", "target"),
     "force on the hands [N]": tuple(f"force {side}" for side in HANDS),
 }
-REWARD_PLOT = {"terms of the reward": (*TERMS, *OUTCOME_TERMS)}
 
 
 class Plots:
@@ -30,8 +29,9 @@ class Plots:
     is taken away.
     """
 
-    def __init__(self, gui: GuiApi, *, rewards: bool) -> None:
-        """Put them where the panel is being filled, with the terms of the reward if there are any."""
+    def __init__(self, gui: GuiApi, reward_terms: Sequence[str]) -> None:
+        """Put them where the panel is being filled, with these terms of the reward if there are any."""
+        plots = PLOTS | ({"terms of the reward": tuple(reward_terms)} if reward_terms else {})
         self._plots = [
             (
                 names,
@@ -41,7 +41,7 @@ class Plots:
                         uplot.Series(label="s"),
                         uplot.Series(label="now", stroke=NOW, width=1),
                         *(
-                            uplot.Series(label=name.removeprefix("force "), stroke=colour, width=1.5)
+                            uplot.Series(label=name.removeprefix("force ").replace("_", " "), stroke=colour, width=1.5)
                             for name, colour in zip(names, COLOURS * 2, strict=False)
                         ),
                     ),
@@ -50,7 +50,7 @@ class Plots:
                     height=HEIGHT,
                 ),
             )
-            for title, names in (PLOTS | (REWARD_PLOT if rewards else {})).items()
+            for title, names in plots.items()
         ]
 
     def show(self, recording: Recording, target: float | None, time: float) -> None:

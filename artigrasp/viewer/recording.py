@@ -116,6 +116,7 @@ class Aim:
         link_poses_in_part: Reference poses of the hand links in that part's frame, shape ``[H, 16, 7]``.
         contacts: Links that should touch in the reference, shape ``[H, 16]``; None if that is not known.
         active: Hands that take part, shape ``[H]``.
+        needs_ghost: Whether the hands may be elsewhere than in the reference, so that a ghost tells something.
     """
 
     angle: float | None
@@ -124,6 +125,7 @@ class Aim:
     link_poses_in_part: Array
     contacts: NDArray[np.bool_] | None
     active: NDArray[np.bool_]
+    needs_ghost: bool = True
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,6 +22,7 @@ class ReferenceSubject:
 
     status = ""
     is_live = False
+    reward_terms = ()
     duration = 0.0
 
     def __init__(self, objects: Sequence[str]) -> None:
@@ -110,6 +111,7 @@ def reference_track(reference: ReferenceSet) -> Track:
         link_poses_in_part=reference_link_poses(pose, hands),
         contacts=reference.contacts[0, sides],
         active=np.ones(len(sides), bool),
+        needs_ghost=False,
     )
     return Track(str(reference.source[0]), hands, [object], recording, aim)
 

@@ -9,7 +9,8 @@ from artigrasp.export.usd import export_usd
 from artigrasp.motion.file import save_motion
 from artigrasp.motion.motion import Motion
 
-VIDEO = Style(width=960, height=720, target=True)
+VIDEO, VIDEO_RATE = Style(width=480, height=400, target=True), 15.0
+"""Of a video, and its pictures per second; small, since somebody waits for it."""
 
 Progress = Callable[[int, int], None]
 
@@ -26,7 +27,9 @@ def usd_bytes(motion: Motion, progress: Progress) -> bytes:
 
 def video_bytes(motion: Motion, progress: Progress) -> bytes:
     """A motion as a video, as ``artigrasp render`` makes it."""
-    return _written("motion.mp4", lambda path: render_video(motion, path, style=VIDEO, progress=progress))
+    return _written(
+        "motion.mp4", lambda path: render_video(motion, path, rate=VIDEO_RATE, style=VIDEO, progress=progress)
+    )
 
 
 SAVERS: dict[str, tuple[str, Callable[[Motion, Progress], bytes]]] = {

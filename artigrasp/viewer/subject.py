@@ -65,6 +65,11 @@ class Subject(Protocol):
         """Whether another episode follows at the end of this one."""
         ...
 
+    @property
+    def reward_terms(self) -> Sequence[str]:
+        """Terms of the reward that samples tell as signals; the same for good."""
+        ...
+
     def pick(self, label: str, option: str) -> None:
         """Choose an option of the picker with this label."""
         ...

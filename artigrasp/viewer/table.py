@@ -7,11 +7,14 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
-from viser import SceneApi, ViserServer
+from viser import LabelHandle, SceneApi, ViserServer
 
+from artigrasp.assets.object import ObjectModel
 from artigrasp.config import StageConfig
 from artigrasp.export.camera import HALF_ANGLE, Direction, View, look_at, unit_vector
-from artigrasp.viewer.appearance import SKY, TABLE
+from artigrasp.kernels.layout import BASE
+from artigrasp.motion.kinematics import pose_object
+from artigrasp.viewer.appearance import SKY, TABLE, Appearance
 from artigrasp.viewer.conventions import to_wxyz
 from artigrasp.viewer.recording import Track
 
@@ -27,10 +30,12 @@ TURN, TURN_BESIDE, ELEVATION = np.radians(40.0), np.radians(15.0), np.radians(30
 """Of the camera from the side where the hands are, if one thing or several are shown, and above the horizon [rad]."""
 ASPECT = 1.15
 """Width over height of the part of a browser's window that the panel leaves free."""
-DISTANCE = 1.2
+DISTANCE = 1.1
 """Of the camera over that at which everything just fits."""
 ASIDE = 0.4
 """How far left of the middle of the window it is, over half the window's height."""
+LABEL_GAP = 0.06
+"""Between what is shown and its label [m]."""
 LOOKS = 12
 """Samples of a recording that are looked at to see where it happens."""
 SIDE_LIGHT, BACK_LIGHT = (np.radians(50.0), np.radians(30.0)), (np.radians(170.0), np.radians(40.0))
@@ -42,7 +47,8 @@ class Stage:
 
     def __init__(self, server: ViserServer) -> None:
         """Prepare what does not change."""
-        self._server, self._scene = server, server.scene
+        self._server, self._scene, self._casts_shadows = server, server.scene, True
+        self._labels: list[LabelHandle] = []
         self._scene.set_up_direction("+z")
         self._scene.configure_default_lights(enabled=False)
         self._scene.configure_environment_map(None)
@@ -54,6 +60,8 @@ class Stage:
     def set_up(self, tracks: Sequence[Track]) -> Array:
         """Make room for tracks, and look at them from the side of their hands.
 
+        Several of them get their labels in front of them.
+
         Returns:
             Where to put the origins of their worlds [m], shape ``[track, 3]``.
         """
@@ -64,9 +72,35 @@ class Stage:
         row = APART * (np.arange(len(tracks)) - (len(tracks) - 1) / 2)
         offsets: Array = row[:, None] * along
         points = np.concatenate([places + offset for (places, _), offset in zip(found, offsets, strict=True)])
+        self._label(tracks, found, offsets, front)
         self._lay_table(points, azimuth)
         self._look(points, (azimuth + (TURN if len(tracks) == 1 else TURN_BESIDE), ELEVATION))
         return offsets
+
+    def _label(
+        self, tracks: Sequence[Track], found: Sequence[tuple[Array, Array]], offsets: Array, front: Array
+    ) -> None:
+        """Say in front of each of several tracks what it is."""
+        for label in self._labels:
+            label.remove()
+        self._labels = []
+        towards = np.array([*front[:2], 0.0]) / max(float(np.hypot(*front[:2])), 1e-6)
+        for index, (track, (places, _), offset) in enumerate(zip(tracks, found, offsets, strict=True)):
+            if len(tracks) > 1:
+                place = places.mean(axis=0) + (np.max((places - places.mean(axis=0)) @ towards) + LABEL_GAP) * towards
+                label = self._scene.add_label(
+                    f"/label{index}",
+                    track.label,
+                    position=(*(place + offset)[:2], 0.0),
+                    anchor="top-center",
+                    font_screen_scale=0.9,
+                )
+                self._labels.append(label)
+
+    def appear(self, appearance: Appearance) -> None:
+        """Light it as the panel says."""
+        self._casts_shadows = appearance.fine
+        self._key.cast_shadow = appearance.fine
 
     def _lay_table(self, points: Array, azimuth: float) -> None:
         """Put a table below some points, an edge of it towards an azimuth."""
@@ -99,7 +133,13 @@ class Stage:
 
     def _light(self, view: View, direction: Direction) -> None:
         add = self._scene.add_light_directional
-        add("/light/key", color=(255, 246, 232), intensity=2.6, cast_shadow=True, position=tuple(2 * view.sun))
+        self._key = add(
+            "/light/key",
+            color=(255, 246, 232),
+            intensity=2.6,
+            cast_shadow=self._casts_shadows,
+            position=tuple(2 * view.sun),
+        )
         for name, colour, intensity, (turn, elevation) in (
             ("side", (235, 240, 255), 0.7, SIDE_LIGHT),
             ("back", (255, 255, 255), 0.5, BACK_LIGHT),
@@ -120,14 +160,26 @@ def _places(track: Track) -> tuple[Array, Array]:
     for time in np.linspace(0.0, track.recording.duration, LOOKS):
         sample = track.recording.at(float(time))
         links = sample.link_poses[..., :3].reshape(-1, 3)
-        boxes = [
-            Rotation.from_quat(pose[3:]).apply(_corners(part.vertices)) + pose[:3]
-            for object, poses in zip(track.objects, sample.part_poses, strict=True)
-            for part, pose in zip(object.parts, poses, strict=True)
-        ]
+        boxes = [_box(object, poses) for object, poses in zip(track.objects, sample.part_poses, strict=True)]
         front += links.mean(axis=0) - boxes[0].mean(axis=0)
         points += [links, *boxes]
+    aim = track.aim
+    if aim is not None and aim.angle is not None:
+        # what is recorded yet may not reach it
+        object, angle = track.objects[0], np.array([aim.angle])
+        base = track.recording.at(0.0).part_poses[0, BASE] if aim.object_pose is None else aim.object_pose
+        points.append(_box(object, pose_object(base[None], angle, object)[0]))
     return np.concatenate(points).astype(float), front
+
+
+def _box(object: ObjectModel, part_poses: NDArray[np.floating]) -> Array:
+    """Corners around the parts of an object at these poses, shape ``[16, 3]``."""
+    return np.concatenate(
+        [
+            Rotation.from_quat(pose[3:]).apply(_corners(part.vertices)) + pose[:3]
+            for part, pose in zip(object.parts, part_poses, strict=True)
+        ]
+    )
 
 
 def _corners(vertices: Array) -> Array:

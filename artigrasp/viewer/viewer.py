@@ -94,9 +94,8 @@ class Viewer:
         self._stage = Stage(server.viser)
         self._jobs = Jobs(self.post)
         self._maker = Maker(server.viser.scene, self.post, objects, policies, self._generate, self._jobs.cancel)
-        self._panel = Panel(
-            server.viser.gui, self, self._maker.build, rewards=any(each.is_live for each in subjects.values())
-        )
+        terms = dict.fromkeys(term for subject in subjects.values() for term in subject.reward_terms)
+        self._panel = Panel(server.viser.gui, self, self._maker.build, tuple(terms))
         self._panel.show_subjects(list(self._subjects), next(iter(self._subjects)))
         server.on_change(lambda: self.post(lambda: None))
 
@@ -205,6 +204,7 @@ class Viewer:
 
         def appear() -> None:
             self.appearance = appearance
+            self._stage.appear(appearance)
             for figure in self._figures:
                 figure.appear(appearance)
 
@@ -223,6 +223,10 @@ class Viewer:
                 f"saving the {what}", lambda progress: make(subject.motion(), progress), send, self._complain
             )
         )
+
+    def cancel(self) -> None:
+        """Give up what is done in the background."""
+        self.post(self._jobs.cancel)
 
     def screenshot(self, client: ClientHandle) -> None:
         """Send what a browser shows to it; called in a thread that may wait for the browser."""
@@ -348,6 +352,7 @@ class Viewer:
             self._panel.show_playback(playback)
         self._panel.show_status(self.subject, track, playback.time, self.subject.status or self._note)
         self._maker.show_job(self._jobs.state)
+        self._panel.show_job(self._jobs.state)
         if track is not None and (now >= self._plot_due or not playback.playing):
             self._plot_due = now + PLOT
             self._panel.show_plots(track, playback.time)
