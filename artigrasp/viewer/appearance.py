@@ -16,6 +16,7 @@ SKY: tuple[Rgb, Rgb] = ((244, 246, 248), (203, 209, 216))
 """Background from top to bottom."""
 REFERENCE_GHOST: Rgb = (90, 150, 235)
 TARGET_GHOST: Rgb = (52, 178, 123)
+WISH_GHOST: Rgb = (150, 110, 220)
 GHOST = 0.35
 """Opacity of ghosts where they are shown at first."""
 UNTOUCHED: Rgb = (250, 250, 250)

@@ -64,15 +64,24 @@ class ObjectFigure:
 class TargetGhost:
     """An object at its target: the articulated part alone, or with the base."""
 
-    def __init__(self, scene: SceneApi, name: str, object: ObjectModel, angle: float, *, with_base: bool) -> None:
+    def __init__(
+        self,
+        scene: SceneApi,
+        name: str,
+        object: ObjectModel,
+        angle: float,
+        *,
+        with_base: bool,
+        colour: Rgb = TARGET_GHOST,
+    ) -> None:
         """Add it as a node that is in the base's frame."""
         self._frame = scene.add_frame(name, show_axes=False)
         position, orientation = object.articulated_pose_in_base(angle)
         articulated = scene.add_frame(f"{name}/articulated", show_axes=False)
         place(articulated, np.concatenate([position, orientation]))
-        self._meshes = _add_part(scene, f"{name}/articulated/surface", object.parts[ARTICULATED], TARGET_GHOST)
+        self._meshes = _add_part(scene, f"{name}/articulated/surface", object.parts[ARTICULATED], colour)
         if with_base:
-            self._meshes += _add_part(scene, f"{name}/base", object.parts[BASE], TARGET_GHOST)
+            self._meshes += _add_part(scene, f"{name}/base", object.parts[BASE], colour)
 
     def pose(self, pose: NDArray[np.floating]) -> None:
         """Move it to where its base should be: position [m], quaternion xyzw."""

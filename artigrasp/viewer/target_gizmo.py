@@ -8,6 +8,7 @@ from viser import SceneApi, TransformControlsEvent, TransformControlsHandle
 
 from artigrasp.assets.object import load_object
 from artigrasp.references.reference import load_references
+from artigrasp.viewer.appearance import WISH_GHOST
 from artigrasp.viewer.conventions import to_wxyz, to_xyzw
 from artigrasp.viewer.object_figure import TargetGhost
 from artigrasp.viewer.wish import SPLIT, Wish
@@ -50,7 +51,8 @@ class TargetGizmo:
             position=position,
             wxyz=to_wxyz(turn.as_quat()),
         )
-        TargetGhost(self._scene, f"{NODE}/object", load_object(wish.object), wish.angle, with_base=True)
+        object = load_object(wish.object)
+        TargetGhost(self._scene, f"{NODE}/object", object, wish.angle, with_base=True, colour=WISH_GHOST)
 
         def move(event: TransformControlsEvent) -> None:
             shift = handle.position - start[:3]
