@@ -9,6 +9,7 @@ import pytest
 from artigrasp.assets.hand import load_hand
 from artigrasp.assets.library import packaged_root
 from artigrasp.assets.object import load_object
+from artigrasp.assets.open_set.catalogue import CATEGORIES, object_name
 from artigrasp.references.quality import measure_contacts
 from artigrasp.references.reference import read_references
 
@@ -31,6 +32,14 @@ def test_shipped_references_touch_and_harm_nothing(file: Path) -> None:
     assert {record["verdict"] for record in records} <= {"pd-ik", "search"}
 
 
-def test_some_are_shipped() -> None:
-    """Otherwise the test above tests nothing."""
-    assert len(FILES) >= 2
+def test_enough_are_shipped_of_every_category() -> None:
+    """At least 20 of each but the scissors, of either hand and of both, some of each kind held out."""
+    assert {file.stem for file in FILES} >= {object_name(each) for each in CATEGORIES if each != "scissors"}
+    for file in FILES:
+        references = read_references(file)
+        assert len(references) >= 20
+        for kind in ("articulate", "grasp"):
+            held_out = (references.kind == kind) & (references.split == "test")
+            assert held_out.any()
+        for taking in ((False, True), (True, False), (True, True)):
+            assert (references.active == taking).all(axis=1).any()
