@@ -50,6 +50,8 @@ class Options:
     """Hand; by default that of the object's references, or the open hand."""
     out: Path = Path("synthesised")
     """Folder to write to."""
+    untested: bool = False
+    """Keep sound grips that differ without trying them in simulation: many to train on, of which some cannot work."""
     overwrite: bool = False
     """Begin anew where files were made with other settings."""
     synthesis: SynthesisConfig = field(default_factory=SynthesisConfig)
@@ -102,6 +104,8 @@ def _make(name: str, file: Path, options: Options, on_share: Callable[[str, floa
     hand = options.hand or usual_hand or OPEN_HAND
     hands = (load_hand(hand, HANDS[0]), load_hand(hand, HANDS[1]))
     settings = {"settings": to_dict(options.synthesis), "count": options.count, "hand": hand}
+    if options.untested:
+        settings["untested"] = True
     target = SynthesisFile(file, settings, overwrite=options.overwrite)
     resting, natural = rest(load_object(name), pose), recorded_natural_pose(hand)
     plane = find_mirror_plane(resting)
@@ -114,7 +118,7 @@ def _make(name: str, file: Path, options: Options, on_share: Callable[[str, floa
 
         grip = GRIPS[kind]
         other = target.made_of(grip.mirrored)
-        if plane is not None and other is not None:
+        if plane is not None and other is not None and not options.untested:
             made = mirror_synthesized(*other, plane, options.synthesis, simulator=options.simulator, on_stage=on_stage)
         else:
             made = synthesize_references(
@@ -124,6 +128,7 @@ def _make(name: str, file: Path, options: Options, on_share: Callable[[str, floa
                 natural,
                 options.synthesis,
                 count=options.count,
+                untested=options.untested,
                 simulator=options.simulator,
                 on_stage=on_stage,
             )

@@ -130,7 +130,9 @@ class HandLearner:
     def start_from(self, actor: dict[str, torch.Tensor], state: dict[str, Any] | None) -> None:
         """Begin with the networks of another training; see :meth:`Learners.start_from`."""
         self.algorithm.actor.load_state_dict(actor)
-        if isinstance(self.algorithm, Replay):
+        if isinstance(self.algorithm, Replay) and state is not None and "memory" in state:
+            self.algorithm.load_state_dict(state)
+        elif isinstance(self.algorithm, Replay):
             self.algorithm.learn_on_from_actor()
         if isinstance(self.algorithm, PPO) and state is not None and "critic" in state:
             self.algorithm.critic.load_state_dict(state["critic"])
@@ -213,11 +215,13 @@ class Learners:
             learner.load_state_dict(state[learner.name])
 
     def start_from(self, actors: dict[str, dict[str, torch.Tensor]], state: dict[str, Any] | None) -> None:
-        """Begin with the networks of another training, as far as it has them; the optimizers begin anew.
+        """Begin with the networks of another training, as far as it has them; PPO's optimizers begin anew.
+
+        What another learner from replay has tried, and its critics, are taken along.
 
         Args:
             actors: States of its actors by the names of their networks.
-            state: Its :meth:`state_dict`; without one, or one of replay, critics begin anew.
+            state: Its :meth:`state_dict`; without one, or one of the other kind, critics begin anew.
 
         Raises:
             KeyError, RuntimeError, TypeError: Its networks are of another shape.

@@ -47,6 +47,16 @@ def test_left_hands_open_the_box(
     assert len(load_references(BOX)) == len(references)
 
 
+def test_sound_grips_are_kept_untested(work: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Without physics those that it is not asked about are kept, and say so."""
+    assert main([VERB, BOX, *QUICK, *PHYSICS, "--untested", "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)["objects"][BOX]["articulate-left"]
+    references = read_references(work / "synthesised" / "references" / f"{BOX}.npz")
+    assert (report["tried"], report["pd_ik"], report["kept"]) == (0, 0, len(references)) and len(references) == 3
+    made = json.loads(references.provenance)
+    assert made["untested"] and {each["verdict"] for each in made["grips"]["articulate-left"]["references"]} == {""}
+
+
 def test_what_hands_cannot_do_is_said(work: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """One hand does not span the box: nothing is written, and that is no error."""
     assert main([VERB, BOX, "--kinds", "grasp-right", *PHYSICS]) == 0

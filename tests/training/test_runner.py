@@ -9,7 +9,7 @@ import torch
 from rsl_rl.algorithms import PPO
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-from artigrasp.config import TaskConfig
+from artigrasp.config import ReplayConfig, TaskConfig
 from artigrasp.controllers.policy_file import PolicyFile, load_policy, save_policy
 from artigrasp.errors import UserError
 from artigrasp.tasks import get_task
@@ -304,3 +304,17 @@ def test_training_begins_where_another_ended(tmp_path: Path) -> None:
         runner.start_from(tmp_path / "left.pt")
     with pytest.raises(UserError, match="expected networks of this task's shape, found others"):
         make_runner(small_paper(), tmp_path / "third").start_from(tmp_path / "first" / POLICY)
+
+
+def test_learning_from_replay_begins_with_what_another_tried(tmp_path: Path) -> None:
+    """From a checkpoint come decisions and critics, too; from a policy the actor alone."""
+    task = replace(bandit(), replay=ReplayConfig(updates=2, random_iterations=1))
+    make_runner(task, tmp_path / "first").learn(1)
+    checkpoint = load_policy(tmp_path / "first" / CHECKPOINT)
+    for name, decisions in ((CHECKPOINT, 2), (POLICY, 1)):
+        runner = make_runner(task, tmp_path / name, seed=1)
+        runner.start_from(tmp_path / "first" / name)
+        assert_equal_weights(dict(only_learner(runner).actor.state_dict()), checkpoint.actors["right"])
+        runner.learn(1)
+        memory = only_learner(runner).state_dict()["memory"]["reward"]
+        assert len(memory) == decisions * len(checkpoint.learner["learners"]["right"]["memory"]["reward"])
