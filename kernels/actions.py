@@ -276,7 +276,7 @@ def pd_targets(
 
     The wrist target is relative to the hand base, its angles are the ones nearest to the current ones, and all are
     clamped to the goal's effective limits. A hand that is not engaged stays where it began the phase, unless the prior
-    carries it along with the object or takes it to where it waits.
+    carries it along with the object or takes it to where it waits. One that keeps its targets is left alone.
 
     Args:
         hand_state, object_state, object_model, goal, phase: see `states`.
@@ -288,6 +288,8 @@ def pd_targets(
         target: [W, H, 51] output, m and rad.
     """
     world, hand = wp.tid()
+    if goal.keeps[world, hand] != 0:
+        return
     settings = phase_settings[phase.index[world]]
     now = float(phase.step[world])
     active, engaged = goal.active[world, hand], goal.engaged[world, hand]

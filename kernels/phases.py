@@ -35,6 +35,7 @@ class PhaseTable:
         least_steps, most_steps: [P] int, control steps after which a phase may end and must end.
         carries: [P] int, 1 where the hands take the object to its goal, 0 where it should stay.
         lift: [P] height over the target where the object is carried to, m.
+        raises: [P] int, 1 where the height is over where the phase began instead.
         steadies: [P] int, 1 where hands that take no part hold the base where their reference has them on it.
         opens: [P] int, 1 where the hinge should go to its target, 0 where it should stay as it was at the start.
         decides: [P] int, 1 where decisions count anew.
@@ -49,6 +50,7 @@ class PhaseTable:
     most_steps: wp.array[int]
     carries: wp.array[int]
     lift: wp.array[float]
+    raises: wp.array[int]
     steadies: wp.array[int]
     opens: wp.array[int]
     decides: wp.array[int]
@@ -103,13 +105,16 @@ def untouching_hands(hand_state: HandState, goal: Goal, world: int) -> wp.vec2i:
 
 
 @wp.func
-def wrists_arrived(hand_state: HandState, target: wp.array3d[float], limits: PhaseLimits, world: int) -> bool:
-    """Whether all wrists are near their PD targets."""
+def wrists_arrived(
+    hand_state: HandState, goal: Goal, target: wp.array3d[float], limits: PhaseLimits, world: int
+) -> bool:
+    """Whether all wrists that do not keep their PD targets are near them."""
     late = wp.int32(0)
     for hand in range(target.shape[1]):
         for dof in range(6):
             limit = wp.where(dof < 3, limits.wrist_position, limits.wrist_rotation)
-            if wp.abs(target[world, hand, dof] - hand_state.joint_q[world, hand, dof]) > limit:
+            lag = wp.abs(target[world, hand, dof] - hand_state.joint_q[world, hand, dof])
+            if goal.keeps[world, hand] == 0 and lag > limit:
                 late += 1
     return late == 0
 
@@ -164,7 +169,7 @@ def advance_phases(
     elif aim == _HINGE:
         met = wp.abs(goal.angle[world] - object_state.hinge_q[world]) < limits.hinge
     elif aim == _HANDS:
-        met = wrists_arrived(hand_state, target, limits, world)
+        met = wrists_arrived(hand_state, goal, target, limits, world)
     phase.settled_steps[world] = wp.where(met, phase.settled_steps[world] + 1, 0)
 
     tilt = tilt_between(wp.transform_get_rotation(phase.start_object_pose[world]), wp.transform_get_rotation(pose))
@@ -240,14 +245,34 @@ def set_phase_goal(
     goal.angle[world] = wp.where(table.opens[index] != 0, goal.target_angle[world], goal.start_angle[world])
     asked = object_state.pose[world]
     if table.carries[index] != 0:
-        asked = wp.transform(wp.vec3(0.0, 0.0, table.lift[index]), wp.quat_identity()) * goal.target_object_pose[world]
+        if table.raises[index] == 0:
+            asked = goal.target_object_pose[world]
+        asked = wp.transform(wp.vec3(0.0, 0.0, table.lift[index]), wp.quat_identity()) * asked
     goal.object_pose[world] = asked
     for hand in range(stiffness.shape[1]):
         steadies = table.steadies[index] * references.steadies[reference_index[world], hand]
         goal.engaged[world, hand] = wp.max(goal.active[world, hand], steadies)
-        for group in range(stiffness.shape[2]):
-            stiffness[world, hand, group] = table.stiffness[index, group]
-            damping[world, hand, group] = table.damping[index, group]
+        if goal.keeps[world, hand] == 0:
+            for group in range(stiffness.shape[2]):
+                stiffness[world, hand, group] = table.stiffness[index, group]
+                damping[world, hand, group] = table.damping[index, group]
+
+
+@wp.func
+def move_hand_base(hand_state: HandState, world: int, hand: int):
+    """Move a hand's base frame to where its wrist is, which in the world stays and moves as it does."""
+    twist = wrist_twist(hand_state, world, hand)
+    base = wrist_pose(hand_state, world, hand)
+    hand_state.hand_base[world, hand] = base
+    to_base = wp.quat_inverse(wp.transform_get_rotation(base))
+    linear = wp.quat_rotate(to_base, wp.spatial_top(twist))
+    # At zero angles the axes of the three wrist hinges are those of the base.
+    angular = wp.quat_rotate(to_base, wp.spatial_bottom(twist))
+    for axis in range(3):
+        hand_state.joint_q[world, hand, axis] = 0.0
+        hand_state.joint_q[world, hand, 3 + axis] = 0.0
+        hand_state.joint_qd[world, hand, axis] = linear[axis]
+        hand_state.joint_qd[world, hand, 3 + axis] = angular[axis]
 
 
 @wp.kernel
@@ -267,8 +292,8 @@ def begin_phases(
 ):
     """Begin a phase in every masked world; launch with ``dim=W``.
 
-    The base frame of every hand moves to where its wrist is, so that the wrist coordinates become zero. In the world
-    nothing moves, and velocities stay as they are.
+    The base frame of every hand moves to where its wrist is, so that the wrist coordinates become zero, unless the hand
+    keeps its targets. In the world nothing moves, and velocities stay as they are.
 
     Args:
         begins: [W] int, 1 where a phase begins.
@@ -298,18 +323,8 @@ def begin_phases(
                 world,
                 hand,
             )
-        twist = wrist_twist(hand_state, world, hand)
-        base = wrist_pose(hand_state, world, hand)
-        hand_state.hand_base[world, hand] = base
-        to_base = wp.quat_inverse(wp.transform_get_rotation(base))
-        linear = wp.quat_rotate(to_base, wp.spatial_top(twist))
-        # At zero angles the axes of the three wrist hinges are those of the base.
-        angular = wp.quat_rotate(to_base, wp.spatial_bottom(twist))
-        for axis in range(3):
-            hand_state.joint_q[world, hand, axis] = 0.0
-            hand_state.joint_q[world, hand, 3 + axis] = 0.0
-            hand_state.joint_qd[world, hand, axis] = linear[axis]
-            hand_state.joint_qd[world, hand, 3 + axis] = angular[axis]
+        if goal.keeps[world, hand] == 0:
+            move_hand_base(hand_state, world, hand)
     phase.step[world] = 0
     phase.settled_steps[world] = 0
     phase.untouched_steps[world] = 0

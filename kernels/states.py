@@ -109,6 +109,8 @@ class Goal:
     Attributes:
         active: [W, H] int, 1 where the hand takes part.
         engaged: [W, H] int, 1 where it takes part, or steadies the base meanwhile; else it waits.
+        keeps: [W, H] int, 1 where it keeps its targets and gains whatever the phase is, such as a hand that holds
+            something else. Not set by resets and phases.
         part: [W, H] int, the part that the hand manipulates.
         contact_part: [W, H] int, the part whose contacts count, -1 for either.
         wrist_pose_in_part: [W, H] reference wrist frame in the manipulated part's frame.
@@ -127,6 +129,7 @@ class Goal:
 
     active: wp.array2d[int]
     engaged: wp.array2d[int]
+    keeps: wp.array2d[int]
     part: wp.array2d[int]
     contact_part: wp.array2d[int]
     wrist_pose_in_part: wp.array2d[wp.transform]
@@ -251,7 +254,7 @@ def hand_model(hand_count: int, device: str | None = None) -> HandModel:
 def goal(world_count: int, hand_count: int, device: str | None = None, requires_grad: bool = False) -> Goal:
     """Zeroed `Goal`, filled by `reset_worlds`."""
     hands = (world_count, hand_count)
-    shapes: Shapes = dict.fromkeys(("active", "engaged", "part", "contact_part", "wrist_pose_in_part"), hands)
+    shapes: Shapes = dict.fromkeys(("active", "engaged", "keeps", "part", "contact_part", "wrist_pose_in_part"), hands)
     shapes |= {
         "finger_angles": (*hands, FINGER_DOF_COUNT),
         "link_pose_in_part": (*hands, LINK_COUNT),

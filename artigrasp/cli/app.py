@@ -32,6 +32,7 @@ VERBS = (
     "evaluate",
     "compare",
     "generate",
+    "tell",
     "view",
     "render",
     "export-usd",

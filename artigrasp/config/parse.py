@@ -68,6 +68,20 @@ def _build(cls: type[Config], data: object, key: str) -> Config:
         raise FieldError(_join(key, error.field), error.problem) from error
 
 
+def _kind(kinds: list[Any], value: object, key: str) -> Any:
+    """Which of several config classes is meant: the one whose first field is there."""
+    names = [dataclasses.fields(kind)[0].name for kind in kinds]
+    found = [str(name) for name in value] if isinstance(value, Mapping) else []
+    meant = [kind for kind, name in zip(kinds, names, strict=True) if name in found]
+    if len(meant) != 1:
+        suggestions = {suggestion: name for name in found if (suggestion := nearest(name, names)) is not None}
+        if not meant and suggestions:
+            suggestion, name = next(iter(suggestions.items()))
+            raise FieldError(_join(key, name), f"unknown key: did you mean {suggestion!r}?")
+        raise FieldError.mismatch(key, f"one of the keys {', '.join(names)}", ", ".join(found) or value)
+    return meant[0]
+
+
 def _join(key: str, name: str) -> str:
     return f"{key}.{name}" if key else name
 
@@ -86,8 +100,17 @@ def _convert(hint: Any, value: object, key: str) -> Any:
             raise FieldError.mismatch(key, f"one of {', '.join(map(repr, arguments))}", value)
         return value
     if origin in (Union, types.UnionType):
-        (inner,) = (argument for argument in arguments if argument is not types.NoneType)
-        return None if value is None else _convert(inner, value, key)
+        kinds = [argument for argument in arguments if argument is not types.NoneType]
+        if value is None and types.NoneType in arguments:
+            return None
+        return _convert(kinds[0] if len(kinds) == 1 else _kind(kinds, value, key), value, key)
+    if origin is Mapping:
+        if not isinstance(value, Mapping):
+            raise FieldError.mismatch(key, "a table of keys and values", value)
+        return {
+            _convert(str, name, key): _convert(arguments[1], item, _join(key, str(name)))
+            for name, item in value.items()
+        }
     if origin is tuple:
         if not isinstance(value, list | tuple):
             raise FieldError.mismatch(key, "a list", value)

@@ -29,6 +29,8 @@ class PhaseConfig:
     """Whether the hands take the object to its target; else it should stay."""
     lift: float = 0.0
     """Height over the target to which the object is carried [m]."""
+    raises: bool = False
+    """Whether it is carried so high over where the phase began instead."""
     steadies: bool = False
     """Whether hands that take no part hold the base where their reference has them on it; else they wait."""
     opens: bool = True

@@ -1,6 +1,6 @@
 """Objects that stand by while hands manipulate another, and the change from one to the next."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -77,6 +77,16 @@ class Bystanders:
             rows[:, slot] = values
             array.assign(rows)
 
+    def place_all(self, values: Mapping[str, NDArray[np.float32]]) -> None:
+        """Say where all objects are from the next reset on, and how they move.
+
+        Args:
+            values: Fields of ``ObjectSlots``, each of shape [object, ...].
+        """
+        for name, rows in values.items():
+            array = getattr(self._places, name)
+            array.assign(np.broadcast_to(rows, (len(array), *rows.shape)))
+
     def place_like(self, other: "Bystanders", count: int | NDArray[np.integer]) -> None:
         """Places for so many copies of every world of ``other``, side by side."""
         for name in states.element_types(states.ObjectSlots):
@@ -85,13 +95,31 @@ class Bystanders:
     def reset(self, world_mask: wp.array) -> None:
         """Put the bystanders in their places and slot 0 into focus where the mask (int, [W]) is not zero."""
         if self._state.object_count > 1:
-            wp.launch(
-                focus.place_objects,
-                world_mask.shape,
-                inputs=[world_mask, self._places, self._state.slots],
-                device=world_mask.device,
-            )
-            self.set_focus(0, world_mask)
+            self.put_in_place(world_mask)
+
+    def put_in_place(self, world_mask: wp.array) -> None:
+        """Put all objects in their places, also that in slot 0, and this one into focus."""
+        wp.launch(
+            focus.place_objects,
+            world_mask.shape,
+            inputs=[world_mask, self._places, self._state.slots],
+            device=world_mask.device,
+        )
+        self.set_focus(0, world_mask)
+
+    def disturbance(self) -> dict[str, NDArray[np.float64]]:
+        """How far bystanders are from their places now, the farthest of each world: [m] and [rad], of shape [world].
+
+        The turn is that of the base or of the hinge, whichever is more.
+        """
+        now, places = self._state.slots, self._places
+        pose, place = (each.pose.numpy()[:, 1:].astype(np.float64) for each in (now, places))
+        cosine = np.clip(np.abs((pose[..., 3:] * place[..., 3:]).sum(axis=2)), 0.0, 1.0)
+        hinge = np.abs(now.hinge_q.numpy() - places.hinge_q.numpy())[:, 1:]
+        return {
+            "bystander_shift": np.linalg.norm(pose[..., :3] - place[..., :3], axis=2).max(axis=1),
+            "bystander_turn": np.maximum(2.0 * np.arccos(cosine), hinge).max(axis=1),
+        }
 
     def set_focus(self, slot: int, world_mask: wp.array) -> None:
         """Let the hands of the masked worlds manipulate another object; see :meth:`Environment.set_focus`."""

@@ -14,6 +14,7 @@ from artigrasp.config import PhaseConfig, SimulatorConfig, TaskConfig
 from artigrasp.environment import tables
 from artigrasp.environment.acting import Acting
 from artigrasp.environment.bystanders import Bystanders
+from artigrasp.environment.instant import Beginning, Instant
 from artigrasp.environment.measuring import Measuring
 from artigrasp.environment.phase_machine import PhaseMachine, single_phase
 from artigrasp.environment.rewarding import Rewarding
@@ -122,6 +123,7 @@ class Environment:
         self._reference_count = wp.array(worlds.reference_count, dtype=int, device=self.device)
         self._goal_angle = wp.array(worlds.goal_angle, dtype=float, device=self.device)
         self._target_offset = wp.array(worlds.target_offsets(), dtype=wp.transform, device=self.device)
+        self._beginning: Beginning | None = None
         self._control_steps = {rows.start: self._record_control_step(index, rows) for index, rows in enumerate(ranges)}
 
     @property
@@ -204,7 +206,22 @@ class Environment:
             simulator=self.simulator,
         )
         repeated._bystanders.place_like(self._bystanders, count)
+        if (begins := self._beginning) is not None:
+            rows = [np.repeat(each, count, axis=0) for each in (begins.keeps, begins.target_object_pose)]
+            repeated.begin_at(begins.instant, *rows)
         return repeated
+
+    def begin_at(self, instant: Instant, keeps: NDArray[np.bool_], target_object_pose: ArrayLike) -> None:
+        """Let all episodes from the next reset on begin at an instant, and not where their references start.
+
+        Args:
+            instant: Where the world's object, then the bystanders, and the hands are.
+            keeps: Hands that keep their targets and gains through all phases, shape [W, H]; their references must not
+                ask anything of them.
+            target_object_pose: Where the object should go, position [m] and xyzw in the world, shape [7] or [W, 7].
+        """
+        self._beginning = Beginning(instant, keeps, target_object_pose, self)
+        self._beginning.place_objects(self._bystanders)
 
     def reset(self, world_mask: wp.array | None = None) -> None:
         """Begin an episode in the worlds whose mask (int, [W]) is not zero, in all of them by default."""
@@ -225,6 +242,9 @@ class Environment:
             ],
             [self.state.hands, self.state.objects, self.goal, self.phase],
         )  # fmt: skip
+        if self._beginning is not None:
+            self._bystanders.put_in_place(world_mask)
+            self._beginning.resume(world_mask, self._goal_angle)
         self._machine.begin_episodes(world_mask)
         self.simulation.write_state(world_mask)
         every_hand = (self.world_count, self.hand_count)
@@ -282,9 +302,10 @@ class Environment:
     def episode_summary(self) -> dict[str, NDArray[np.float64]]:
         """What happened in every world since its reset, each of shape [world]; angles in rad, distances in m.
 
-        Of a world whose physics failed, it is what was measured before.
+        Of a world whose physics failed, it is what was measured before. Where there are bystanders, ``bystander_shift``
+        and ``bystander_turn`` tell how far they are from their places now.
         """
-        return self._measuring.summary(self.goal)
+        return self._measuring.summary(self.goal) | (self._bystanders.disturbance() if self.bystanders else {})
 
     def failure_counts(self) -> dict[str, int]:
         """Episodes so far in which each of :data:`artigrasp.kernels.metrics.FAILURES` happened, by its name."""

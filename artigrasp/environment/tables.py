@@ -248,6 +248,7 @@ def phase_table(configs: Sequence[PhaseConfig], device: str) -> phases.PhaseTabl
         "most_steps": (int, [each.most_steps for each in configs]),
         "carries": (int, [int(each.carries) for each in configs]),
         "lift": (float, [each.lift for each in configs]),
+        "raises": (int, [int(each.raises) for each in configs]),
         "steadies": (int, [int(each.steadies) for each in configs]),
         "opens": (int, [int(each.opens) for each in configs]),
         "decides": (int, [int(each.decides) for each in configs]),

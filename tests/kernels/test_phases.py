@@ -220,6 +220,18 @@ def test_a_phase_asks_for_its_part_of_the_target() -> None:
     assert not stiffness[~mask].any() and not goal.object_pose.numpy()[~mask].any()
 
 
+def test_an_object_is_raised_from_where_it_is() -> None:
+    """Not over its target."""
+    world = OneWorld(PhaseConfig("raise", 9, aim="object", carries=True, lift=0.2, raises=True))
+    world.move((0.3, 0.1, 0.02), (0.0, 0.1, 0.0))
+    gains = [wp.zeros((1, 2, 3), dtype=float) for _ in range(2)]
+    every, first = wp.ones(1, dtype=int), wp.zeros(1, dtype=int)
+    inputs = [every, Worlds().table, first, world.table, world.objects, world.phase]
+    wp.launch(set_phase_goal, dim=1, inputs=inputs, outputs=[world.goal, *gains])
+    expected = world.objects.pose.numpy()[0] + np.eye(7)[2] * 0.2
+    np.testing.assert_allclose(world.goal.object_pose.numpy()[0], expected, atol=1e-6)
+
+
 def test_a_phase_begins_where_the_wrists_are() -> None:
     """The base moves to the wrist; poses and velocities in the world stay; the goal is the phase's reference's."""
     worlds = Worlds(position_noise=0.0)

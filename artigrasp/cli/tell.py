@@ -1,0 +1,85 @@
+"""`artigrasp tell`: a story of several objects as one motion."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from artigrasp.cli.output import show, show_json
+from artigrasp.cli.progress import progress_bar
+from artigrasp.cli.warp_start import start_warp
+from artigrasp.config import SimulatorConfig
+from artigrasp.errors import UserError
+from artigrasp.files import check_target
+
+
+@dataclass(frozen=True)
+class Options:
+    """Simulate a story: hands open, move and close several objects of one scene, step after step, without resets.
+
+    Each step takes the scene as the last one left it. The references by which it may be done are tried in simulation,
+    then a search around the nearest; if a later step cannot be done, the next best way of an earlier one is taken. Of a
+    story that fails the motion shows as far as it went; the exit code is 1.
+
+    With --json: {"motion": file or null, "done": whether all steps were done, "steps": [what became of each that was
+    tried], "problem": which step was not done and why, or empty, "rollouts": episodes simulated, "metrics": {name:
+    value}}.
+    """
+
+    story: Annotated[str, tyro.conf.Positional]
+    """YAML file, or name of a shipped story."""
+    out: Path = Path("story.npz")
+    """Motion file to write."""
+    search: int = 32
+    """Rollouts of a search around a reference where no reference does a step by itself; 1 for none."""
+    seed: int = 0
+    """Seed of the searches."""
+    simulator: SimulatorConfig = SimulatorConfig()
+    """Backend, device and threads."""
+    json: bool = False
+    """Print JSON."""
+
+    def __post_init__(self) -> None:
+        if self.search < 1:
+            raise UserError(f"search: expected at least 1, found {self.search}")
+
+
+def run(options: Options) -> int:
+    """Tell the story."""
+    from artigrasp.stories.file import find_story, read_story
+
+    story = read_story(find_story(options.story))
+    check_target(options.out)
+    start_warp()
+    from artigrasp.motion.file import save_motion
+    from artigrasp.stories.recording import story_motion
+    from artigrasp.stories.teller import Teller, TellerSettings
+
+    settings = TellerSettings(rollouts=options.search, seed=options.seed)
+    with progress_bar("Telling", hidden=options.json) as progress:
+        teller = Teller(story, settings, options.simulator, on_progress=progress)
+        tale = teller.tell()
+    motion = story_motion(tale, teller) if tale.takes else None
+    if motion is not None:
+        save_motion(options.out, motion)
+    steps = motion.provenance["steps"].splitlines() if motion is not None else []
+    if options.json:
+        show_json(
+            {
+                "motion": None if motion is None else str(options.out),
+                "done": tale.is_whole,
+                "steps": steps,
+                "problem": tale.problem,
+                "rollouts": tale.tried,
+                "metrics": {} if motion is None else dict(motion.metrics),
+            }
+        )
+    else:
+        for number, line in enumerate(steps, start=1):
+            show(f"{number}. {line}")
+        end = "all steps done" if tale.is_whole else f"stopped at {tale.problem}"
+        show(f"{end}; {tale.tried} episodes simulated")
+        if motion is not None:
+            show(f"wrote {options.out}")
+    return 0 if tale.is_whole else 1
