@@ -92,7 +92,7 @@ def test_wheel_holds_the_assets_but_no_imported_data(wheel: Path) -> None:
     own = {
         f"artigrasp/{path.relative_to(ROOT).as_posix()}"
         for path in (ROOT / "assets_usd").rglob("*")
-        if path.suffix in {".usda", ".usdc", ".npz", ".pt", ".json"} and ROOT / ARCTIC not in path.parents
+        if path.suffix in {".usda", ".usdc", ".npz", ".pt", ".json", ".yaml"} and ROOT / ARCTIC not in path.parents
     }
     assert own and own <= names
     assert "artigrasp/py.typed" in names

@@ -96,7 +96,7 @@ class MoveStep:
     clearance: float = 0.15
     """How high it is carried over where it stood and over its target [m]."""
     drop: float = 0.0
-    """Height over its target at which hands let go of it [m]. Of an object that drops only the position counts."""
+    """Height over its target at which hands let go of it [m]."""
     hold: bool = False
     """Whether hands stay on it afterwards."""
     tolerance: float = 0.05

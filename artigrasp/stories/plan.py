@@ -146,9 +146,8 @@ def step_objective(step: Step, has_bystanders: bool) -> Objective:
     weights, error = {"max_tilt": -0.1}, "final_displacement"
     if isinstance(step, MoveStep):
         within["position_error"] = (-np.inf, step.tolerance)
-        if not step.drop:
-            within["rotation_error"] = (-np.inf, step.turn_tolerance)
-        weights |= {"position_error": -5.0, "rotation_error": -0.2 if step.drop else -1.0}
+        within["rotation_error"] = (-np.inf, step.turn_tolerance)
+        weights |= {"position_error": -5.0, "rotation_error": -1.0}
         error = "position_error"
     elif not isinstance(step, ReleaseStep):
         within |= {"angle_error": (-np.inf, step.tolerance), "max_displacement": (-np.inf, LARGEST_DISPLACEMENT)}

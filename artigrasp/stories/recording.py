@@ -14,6 +14,8 @@ from artigrasp.stories.teller import Tale, Teller
 def story_motion(tale: Tale, teller: Teller) -> Motion:
     """The motion of all takes of a tale; the first object of the story is the motion's, the others stand by.
 
+    Its target angle is the widest that the story asks of its first object.
+
     Metrics are those of each step, such as ``"2 position_error"``, and ``"steps_done"``.
 
     Args:
@@ -56,7 +58,7 @@ def story_motion(tale: Tale, teller: Teller) -> Motion:
         hinge_angle=samples["slot_angle"][:, 0],
         contact_force=samples["contact_force"],
         phases=np.array(phases),
-        target_angle=turns[-1] if turns else placed[0].angle,
+        target_angle=max(turns, default=placed[0].angle),
         bystanders=bystanders,
         metrics=metrics,
         provenance={

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from artigrasp.config import SimulatorConfig, TaskConfig
 from artigrasp.config.story import StoryConfig, describe_step
@@ -21,11 +22,15 @@ from artigrasp.kernels.layout import HANDS
 from artigrasp.references.reference import ReferenceSet, load_references
 from artigrasp.stories.plan import Situation, StepPlan, plan_step
 from artigrasp.stories.start import check_angles, first_instant
-from artigrasp.stories.take import Take, TakeRecorder
+from artigrasp.stories.take import Ended, Take, TakeRecorder
 from artigrasp.tasks import get_task
+from artigrasp.tasks.sequences import TRANSIT
 
 SCENE = "both-free"
 """Task of the scene: both hands and free bases."""
+WAY_COST = 0.2
+"""What a take loses by each metre that its hands had to go to the object: of what does equally well the nearest is
+taken, and hands cross less."""
 PHASE_RETRIES = 1
 """How often a try may go back to grasp what it dropped."""
 
@@ -216,11 +221,23 @@ class Teller:
                 outcomes=ended.outcomes,
                 summary=ended.summary,
                 success=bool(plan.objective.success(summary)[0]),
-                score=float(plan.objective.score(summary)[0]),
+                score=float(plan.objective.score(summary)[0]) - WAY_COST * way_to_object(ended, reference),
                 after=situation.after(ended.instant, plan, reference, offsets[world]),
             )
             takes.append(take)
         return takes
+
+
+def way_to_object(ended: Ended, reference: ReferenceSet) -> float:
+    """How far the wrists that take part are from where they began when they have come to the object, in all [m]."""
+    steps = ended.phases.count(TRANSIT.name)
+    if steps == 0:
+        return 0.0
+    positions = []
+    for step in (0, steps - 1):
+        base, shift = ended.samples["hand_base"][step], ended.samples["joint_q"][step, :, :3]
+        positions.append(base[:, :3] + Rotation.from_quat(base[:, 3:]).apply(shift))
+    return float(np.linalg.norm(positions[1] - positions[0], axis=1)[reference.active[0]].sum())
 
 
 def explain(take: Take, plan: StepPlan) -> str:

@@ -33,8 +33,8 @@ def test_the_box_is_filled_while_it_is_held_open(tmp_path: Path, capsys: pytest.
     """The shipped story, without search: the lid stays up by the hand alone, and the bottle ends under it."""
     assert main(["tell", "ketchup-into-box", "--search", "1", "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
-    assert result["done"] and result["problem"] == "" and len(result["steps"]) == 3
-    assert result["metrics"]["steps_done"] == 3
+    assert result["done"] and result["problem"] == "" and len(result["steps"]) == 4
+    assert result["metrics"]["steps_done"] == 4
     motion = load_motion(tmp_path / "story.npz")
     np.testing.assert_allclose(np.diff(motion.time), 0.01, atol=1e-9)
     bystanders = motion.bystanders
@@ -75,8 +75,8 @@ def test_a_step_that_no_hand_is_free_for_is_told() -> None:
 
 
 def test_search_finds_what_no_reference_does_by_itself() -> None:
-    """Here: to open the lid to within a hundredth."""
-    exact = StoryConfig(BOX.objects, (OpenStep(open="box", to=0.8, hand="left", hold=True, tolerance=0.01),))
+    """Here: to open the lid to within two hundredths."""
+    exact = StoryConfig(BOX.objects, (OpenStep(open="box", to=0.8, hand="left", hold=True, tolerance=0.02),))
     assert not Teller(exact, PLAIN, TWO_THREADS).tell().is_whole
-    tale = Teller(exact, TellerSettings(rollouts=17, searched=1), TWO_THREADS).tell()
-    assert tale.is_whole and abs(tale.takes[0].summary["final_angle"] - 0.8) < 0.01
+    tale = Teller(exact, TellerSettings(rollouts=17), TWO_THREADS).tell()
+    assert tale.is_whole and abs(tale.takes[0].summary["final_angle"] - 0.8) < 0.02
