@@ -37,6 +37,7 @@ VERBS = (
     "render",
     "export-usd",
     "export-mano",
+    "export-policy",
     "bench",
 )
 """Every verb, in the order of the help text; the module of `check-asset` is ``check_asset``."""

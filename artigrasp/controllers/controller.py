@@ -1,5 +1,6 @@
 """Everything that acts: a controller maps features to actions of its own action space."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -96,6 +97,13 @@ def d_grasp_controller(task: TaskConfig) -> ZeroController:
     return ZeroController(replace(task, action=D_GRASP), name="d-grasp")
 
 
+def acting_network(side: Side, names: Collection[str]) -> tuple[str, bool]:
+    """Which of a policy's networks acts for a hand, and whether it sees and acts as the hand's mirror image."""
+    (other,) = {"left", "right"} - {side}
+    name = next(each for each in (side, MIRRORED, other) if each in names)
+    return name, name == other or (name == MIRRORED and side == "left")
+
+
 class PolicyController:
     """A trained policy, acting by the mean of its distribution."""
 
@@ -120,9 +128,7 @@ class PolicyController:
 
     def _act_for(self, side: Side, features: torch.Tensor) -> torch.Tensor:
         """Actions [world, action] of one hand."""
-        (other,) = {"left", "right"} - {side}
-        name = next(each for each in (side, MIRRORED, other) if each in self._actors)
-        is_mirrored = name == other or (name == MIRRORED and side == "left")
+        name, is_mirrored = acting_network(side, self._actors)
         seen = mirror_features(features) if is_mirrored else features
         observed = TensorDict({OBSERVATION_GROUP: seen[:, self._columns]}, batch_size=len(seen))
         actions: torch.Tensor = self._actors[name](observed)

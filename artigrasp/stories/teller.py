@@ -43,7 +43,7 @@ class TellerSettings:
     """Rollouts of the search around each reference that comes nearest, where none does a step by itself."""
     searched: int = 2
     """References to search around."""
-    branches: int = 3
+    branches: int = 4
     """Ways of doing a step from which the next ones are tried, the best first."""
     takes: int = 24
     """Ways of doing steps that are gone on from, in all."""
