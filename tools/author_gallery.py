@@ -11,6 +11,8 @@ import os
 import tempfile
 from pathlib import Path
 
+from artigrasp.kernels.layout import HANDS
+
 FOLDER = Path(__file__).parents[1]
 IMAGES = FOLDER / "docs" / "images" / "gallery"
 PAGE = FOLDER / "docs" / "gallery.md"
@@ -73,9 +75,13 @@ def has_articulations(name: str) -> bool:
 def commands(name: str, motion: str, picture: str) -> tuple[list[str], list[str]]:
     """The words that generate a motion on an object, and that show it."""
     from artigrasp.assets.object import load_object
+    from artigrasp.references.reference import load_references
 
+    reference = load_references(name).select(split="test", kind="articulate", indices=0)
+    # an idle left hand would only be in the way of the picture
+    task = "both-free" if reference.active[0, HANDS.index("left")] else "right-free-replay"
     angle = min(ANGLE, round(SHARE * load_object(name).hinge_upper, 2))
-    acting = ["--policy", POLICIES[name]] if name in POLICIES else ["--task", "both-free", "--search", str(SEARCH)]
+    acting = ["--policy", POLICIES[name]] if name in POLICIES else ["--task", task, "--search", str(SEARCH)]
     made = ["generate", "--object", name, *acting, "--target-angle", f"{angle:g}", "--out", motion]
     shown = ["render", "motion", motion, "--out", picture, "--target", "--fps", str(RATE)]
     return made, [*shown, "--width", str(SIZE[0]), "--height", str(SIZE[1])]

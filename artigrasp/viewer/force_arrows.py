@@ -47,7 +47,7 @@ class ForceArrows:
     @property
     def visible(self) -> bool:
         """Whether they are shown at all."""
-        return self._meshes[0].visible
+        return bool(self._meshes[0].visible)
 
     @visible.setter
     def visible(self, visible: bool) -> None:

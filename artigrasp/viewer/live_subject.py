@@ -26,6 +26,8 @@ logger = logging.getLogger(__name__)
 
 AHEAD = 0.3
 """How far the simulation runs ahead of who watches [s]."""
+MEASURED = 25
+"""Control steps between two looks at the metrics."""
 RETRY = 2.0
 """How long to wait before looking again for a policy that was not there [s]."""
 
@@ -194,6 +196,8 @@ class LiveSubject:
                 self._recorders, self._all_tracks, self.duration, self._message = recorders, tracks, steps * dt, ""
                 self._shown = episode
                 self.generation += 1
+            if step and step % MEASURED == 0:
+                _measure(environment, tracks)
             self._simulating.release()
             try:
                 self._wait(lambda: self._demanded + AHEAD >= step * dt or self._episode != episode)
@@ -209,9 +213,7 @@ class LiveSubject:
 
         with self._simulating:
             run_episode(environment, controller, on_step, on_plan)
-            for name, values in environment.episode_summary().items():
-                for track, value in zip(tracks, values, strict=True):
-                    track.metrics[name] = float(value)
+            _measure(environment, tracks)
 
     def _make_environment(self, controller: Controller) -> Environment:
         made = self._environment
@@ -251,6 +253,13 @@ def _new_track(environment: Environment, world: int) -> Track:
     return Track(f"environment {world}", environment.hands, [model], recording, aim, environment.task.stage, {})
 
 
+def _measure(environment: Environment, tracks: Sequence[Track]) -> None:
+    """Tell every track its metrics so far."""
+    for name, values in environment.episode_summary().items():
+        for track, value in zip(tracks, values, strict=True):
+            track.metrics[name] = float(value)
+
+
 def _samples(environment: Environment, step: int) -> list[Sample]:
     """The present state of every world."""
     state, task = environment.state, environment.task
@@ -258,8 +267,9 @@ def _samples(environment: Environment, step: int) -> list[Sample]:
     forces, poses, angles = (
         array.numpy() for array in (state.hands.contact_force, state.objects.pose, state.objects.hinge_q)
     )
+    # at first they are still those of the episode before
     terms = {
-        name: values.numpy()[..., index].sum(axis=1)
+        name: values.numpy()[..., index].sum(axis=1) if step else np.zeros(environment.world_count)
         for names, values in environment.reward_terms
         for index, name in enumerate(names)
     }

@@ -74,11 +74,17 @@ class Panel:
     """The widgets; ``maker`` is called where those are to be that make new motions."""
 
     def __init__(
-        self, gui: GuiApi, requests: Requests, maker: Callable[[GuiApi], None], reward_terms: Sequence[str]
+        self,
+        gui: GuiApi,
+        requests: Requests,
+        maker: Callable[[GuiApi], None],
+        reward_terms: Sequence[str],
+        appearance: Appearance,
     ) -> None:
         """Build it, with a plot of these terms of the reward if there are any."""
         self._gui, self._requests = gui, requests
-        self._appearance = Appearance()
+        self._appearance = appearance
+        self._told = 0.0
         self._subjects = gui.add_dropdown("Show", ("",), visible=False)
         self._subjects.on_update(_from_people(lambda event: requests.choose_subject(event.target.value)))
         self._status = gui.add_html("")
@@ -152,7 +158,6 @@ class Panel:
             self._play = gui.add_button("Play", icon=Icon.PLAYER_PLAY, hint="space")
             self._play.on_click(_from_people(lambda event: requests.toggle()))
             self._timeline = gui.add_slider("Time [s]", 0.0, 1.0, 0.01, 0.0)
-            self._told = self._timeline.value
             self._timeline.on_update(_from_people(lambda event: requests.seek(event.target.value)))
             self._steps = gui.add_button_group("Step", ("<", ">", "reset"), hint="arrow keys, home")
             moves = {"<": lambda: requests.step(-1), ">": lambda: requests.step(1), "reset": requests.begin_anew}

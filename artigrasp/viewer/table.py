@@ -7,7 +7,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
-from viser import LabelHandle, SceneApi, ViserServer
+from viser import DirectionalLightHandle, LabelHandle, SceneApi, ViserServer
 
 from artigrasp.assets.object import ObjectModel
 from artigrasp.config import StageConfig
@@ -49,6 +49,7 @@ class Stage:
         """Prepare what does not change."""
         self._server, self._scene, self._casts_shadows = server, server.scene, True
         self._labels: list[LabelHandle] = []
+        self._key: DirectionalLightHandle | None = None
         self._scene.set_up_direction("+z")
         self._scene.configure_default_lights(enabled=False)
         self._scene.configure_environment_map(None)
@@ -100,7 +101,8 @@ class Stage:
     def appear(self, appearance: Appearance) -> None:
         """Light it as the panel says."""
         self._casts_shadows = appearance.fine
-        self._key.cast_shadow = appearance.fine
+        if self._key is not None:
+            self._key.cast_shadow = appearance.fine
 
     def _lay_table(self, points: Array, azimuth: float) -> None:
         """Put a table below some points, an edge of it towards an azimuth."""
@@ -156,7 +158,8 @@ def add_plateau(scene: SceneApi, name: str, stage: StageConfig) -> None:
 
 def _places(track: Track) -> tuple[Array, Array]:
     """Points around all that a track shows, shape ``[N, 3]``, and the direction from objects to hands."""
-    points, front = [], np.zeros(3)
+    points: list[Array] = []
+    front = np.zeros(3)
     for time in np.linspace(0.0, track.recording.duration, LOOKS):
         sample = track.recording.at(float(time))
         links = sample.link_poses[..., :3].reshape(-1, 3)

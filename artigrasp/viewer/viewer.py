@@ -69,6 +69,7 @@ class Viewer:
         objects: Sequence[str],
         policies: Mapping[str, Path],
         simulator: SimulatorConfig = SimulatorConfig(),
+        appearance: Appearance | None = None,
     ) -> None:
         """Show the first of some subjects.
 
@@ -78,11 +79,12 @@ class Viewer:
             objects: Objects of which motions can be made.
             policies: Policy files that can make them, by name.
             simulator: Where they are simulated.
+            appearance: What is shown at first, if not the usual.
         """
         self._server, self._policies, self._simulator = server, policies, simulator
         self._calls: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._subjects = dict(subjects)
-        self.playback, self.appearance = Playback(playing=True), Appearance()
+        self.playback, self.appearance = Playback(playing=True), appearance or Appearance()
         self.subject = next(iter(self._subjects.values()))
         self._figures: list[Figure] = []
         self._keys: list[tuple[str, ...]] = []
@@ -92,10 +94,11 @@ class Viewer:
         self._held_until = self._panel_due = self._plot_due = 0.0
         self._stopped = False
         self._stage = Stage(server.viser)
+        self._stage.appear(self.appearance)
         self._jobs = Jobs(self.post)
         self._maker = Maker(server.viser.scene, self.post, objects, policies, self._generate, self._jobs.cancel)
         terms = dict.fromkeys(term for subject in subjects.values() for term in subject.reward_terms)
-        self._panel = Panel(server.viser.gui, self, self._maker.build, tuple(terms))
+        self._panel = Panel(server.viser.gui, self, self._maker.build, tuple(terms), self.appearance)
         self._panel.show_subjects(list(self._subjects), next(iter(self._subjects)))
         server.on_change(lambda: self.post(lambda: None))
 

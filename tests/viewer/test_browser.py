@@ -10,16 +10,26 @@ import pytest
 pytest.importorskip("playwright.sync_api", reason="install the extra dev to run these tests in a browser")
 
 from playwright.sync_api import Browser, Page
+from pxr import Usd
 
+from artigrasp.config import SimulatorConfig
+from artigrasp.controllers.controller import pd_ik_controller
 from artigrasp.motion.file import load_motion
+from artigrasp.tasks import get_task
+from artigrasp.viewer.appearance import Appearance
+from artigrasp.viewer.live_subject import LiveSubject
 from artigrasp.viewer.motion_subject import MotionSubject
+from artigrasp.viewer.pilot import SteadyPilot
 from artigrasp.viewer.reference_subject import ReferenceSubject
 from artigrasp.viewer.server import Server
 from artigrasp.viewer.viewer import Viewer
 from tests.motion.example import example_motion
 from tests.viewer.browser import PATIENCE, open_browser, wait_until
 
-SIZE = {"width": 640, "height": 720}
+SIZE = {"width": 480, "height": 560}
+COARSE = Appearance(fine=False)
+"""Chromium draws on the processor here."""
+SIMULATOR = SimulatorConfig(threads=1)
 MOTION = example_motion(sample_count=301)
 
 
@@ -34,8 +44,21 @@ def browser() -> Iterator[Browser]:
 def viewer() -> Iterator[Viewer]:
     """A viewer that serves a motion of three seconds and references."""
     server = Server(port=0)
-    subjects = {"motion": MotionSubject([("motion", MOTION)]), "references": ReferenceSubject(["lidded-box"])}
-    viewer = Viewer(subjects, server, objects=["lidded-box"], policies={})
+    task = get_task("right-fixed")
+    live = LiveSubject(
+        "live",
+        SteadyPilot(pd_ik_controller(task), "pd-ik"),
+        ["lidded-box"],
+        reward_terms=("keypoint", "contact"),
+        world_count=2,
+        simulator=SIMULATOR,
+    )
+    subjects = {
+        "motion": MotionSubject([("motion", MOTION)]),
+        "references": ReferenceSubject(["lidded-box"]),
+        "live": live,
+    }
+    viewer = Viewer(subjects, server, objects=["lidded-box"], policies={}, simulator=SIMULATOR, appearance=COARSE)
     viewer.playback.playing = False
     thread = threading.Thread(target=viewer.run)
     thread.start()
@@ -80,9 +103,13 @@ def shown_time(page: Page) -> float:
 
 def scrub(page: Page, time: float) -> None:
     """Put the playhead at a time [s] by the box beside the timeline."""
-    slider = page.locator("label", has_text="Time [s]").get_attribute("for")
-    box = page.locator(f"[id='{slider}']").locator("xpath=..").locator("input[inputmode]")
-    box.fill(str(time))
+    fill(page, "Time [s]", time)
+
+
+def fill(page: Page, label: str, value: float) -> None:
+    """Put a number into the box beside a slider."""
+    slider = page.locator("label", has_text=label).get_attribute("for")
+    page.locator(f"[id='{slider}']").locator("xpath=..").locator("input[inputmode]").fill(str(value))
 
 
 def test_scrub(page: Page, viewer: Viewer) -> None:
@@ -163,6 +190,36 @@ def test_pick(page: Page, viewer: Viewer) -> None:
     page.get_by_text("references are no motion").first.wait_for()
     choose(page, "Show", "motion")
     wait_until(page, lambda: viewer.subject.title == "motion", "the motion is back")
+
+
+def test_live_task(page: Page, viewer: Viewer) -> None:
+    """A task plays while it is simulated, and another of its environments can be looked at."""
+    choose(page, "Show", "live")
+    wait_until(page, lambda: viewer.subject.title == "live: pd-ik" and viewer.subject.tracks, "it is simulated")
+    if not viewer.playback.playing:
+        page.get_by_role("button", name="Play", exact=True).click()
+    wait_until(page, lambda: shown_time(page) > 0.2, "it plays")
+    page.get_by_role("button", name="Pause", exact=True).click()
+    choose(page, "Environment", "1")
+    wait_until(page, lambda: viewer.subject.tracks[0].label == "environment 1", "the other one is shown")
+
+
+def test_make(page: Page, viewer: Viewer, tmp_path: Path) -> None:
+    """A motion is made toward the angle that is asked for, shown, and can be saved as USD."""
+    page.get_by_role("tab", name="Make").click()
+    fill(page, "Angle [rad]", 0.7)
+    page.get_by_role("button", name="Generate anew").click()
+    wait_until(page, lambda: "PD+IK" in viewer.subject.title, "the motion is made")
+    motion = viewer.subject.motion()
+    assert motion.target_angle == pytest.approx(0.7)
+    page.get_by_text(f"opened to {motion.metrics['final_angle']:.2f} rad of 0.70 rad").wait_for()
+    page.get_by_role("tab", name="Save").click()
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Save USD (.usdc)").click()
+    download.value.save_as(tmp_path / "motion.usdc")
+    stage = Usd.Stage.Open(str(tmp_path / "motion.usdc"))
+    assert stage.GetRootLayer().customLayerData["targetAngle"] == pytest.approx(0.7)
+    assert stage.GetEndTimeCode() - stage.GetStartTimeCode() == len(motion.time) - 1
 
 
 def test_sleeps_while_nobody_watches(page: Page, viewer: Viewer) -> None:

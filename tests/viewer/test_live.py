@@ -44,13 +44,14 @@ def test_simulates_as_far_as_somebody_watches(live: LiveSubject) -> None:
     wait_until(lambda: live.demand(0.0) >= AHEAD)
     time.sleep(0.2)
     assert live.demand(0.0) == pytest.approx(AHEAD + 0.01, abs=0.0101)
-    wait_until(lambda: live.demand(0.5) >= 0.5)
+    wait_until(lambda: live.demand(0.5) >= 0.5 + AHEAD)
     assert live.duration == pytest.approx(3.0)
     motion = live.motion()
     recording = live.tracks[0].recording
     row = recording.at(0.5)
     assert motion.time[-1] >= 0.5 and row.hinge_angle == motion.hinge_angle[50]
     assert set(row.signals) >= {"keypoint", "contact"}
+    assert live.tracks[0].metrics["final_angle"] == pytest.approx(recording.at(0.75).hinge_angle, abs=1e-6)
 
 
 def test_worlds_and_episodes(live: LiveSubject) -> None:
@@ -65,6 +66,8 @@ def test_worlds_and_episodes(live: LiveSubject) -> None:
     live.begin_anew()
     wait_until(lambda: live.generation > generation)
     assert live.tracks[0].label == "environment 1"
+    # nothing is left of the episode before
+    assert not any(live.tracks[0].recording.at(0.0).signals.values())
 
 
 def test_run_without_policy(tmp_path: Path) -> None:
