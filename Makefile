@@ -14,7 +14,7 @@ INSTALLED := build/installed
 .PHONY: help venv demo test fuzz check style types imports bench clean $(INSTALLED)
 
 help:
-	@echo "make demo    open the shipped box with a simulated hand, from nothing"
+	@echo "make demo    carry and open a shipped box with simulated hands, from nothing"
 	@echo "make test    run the tests"
 	@echo "make fuzz    run the tests that damage files ten times as long, and count how it ended"
 	@echo "make check   run linter, formatter, type checker and import contracts"

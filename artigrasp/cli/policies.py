@@ -31,6 +31,19 @@ def find_policy(name: str) -> Path:
     return policies[name]
 
 
+def policies_for(object_name: str) -> dict[str, Path]:
+    """Policies among the assets that learned on an object, by the kind of their skill; the first of a kind by name."""
+    from artigrasp.controllers.policy_file import load_policy
+
+    found: dict[str, Path] = {}
+    for path in list_policies().values():
+        policy = load_policy(path)
+        if object_name in policy.objects:
+            for kind in policy.task.kinds:
+                found.setdefault(kind, path)
+    return found
+
+
 def played_task(name: str | None, policy: Path | None) -> "TaskConfig":
     """The task to play: a policy's own, else the one of that name, else the default.
 
