@@ -42,6 +42,9 @@ LOST_DISPLACEMENT = 2.0
 LIMIT_MARGIN = 0.1
 """Room that the effective joint limits leave around a reference [rad]."""
 
+FOR_EVER = 2**31 - 1
+"""Control steps for which a decision holds after which there is none."""
+
 PHASE_LIMITS: dict[str, float] = {
     "settle_steps": 10,
     "object_speed": 0.03,
@@ -274,7 +277,11 @@ def phase_limits(retry_count: int) -> phases.PhaseLimits:
 
 
 def term_columns(configs: Sequence[PhaseConfig], name: str) -> tuple[list[list[int]], list[int]]:
-    """For every phase, the columns of a term's numbers in the action and its decision interval, see `latch_actions`."""
+    """For every phase, the columns of a term's numbers in the action and its decision interval, see `latch_actions`.
+
+    What is decided for a whole phase holds for ever: the last phase of a sequence goes on after its end, while other
+    worlds are at it, and a policy never saw where it is then.
+    """
     columns, intervals = [], []
     for config in configs:
         directions, first = synergy_directions(config.action.synergy), config.first_column
@@ -285,6 +292,8 @@ def term_columns(configs: Sequence[PhaseConfig], name: str) -> tuple[list[list[i
             columns.append(list(range(first, first + DOF_COUNT)))
         terms = config.action.terms
         interval = terms[name].decision_interval if name in terms else -1
+        if interval >= config.most_steps:
+            interval = FOR_EVER
         intervals.append(interval if config.decides else 0)
     return columns, intervals
 

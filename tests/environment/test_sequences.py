@@ -104,6 +104,17 @@ def test_decisions_of_a_phase_end_with_it() -> None:
     assert shifts == [1.0] * 6 + [0.0] * 3
 
 
+def test_a_decision_for_a_whole_phase_holds_after_the_last() -> None:
+    """A hand that has opened its object and waits for those of other worlds is not asked again."""
+    decided = replace(REACH, synergy=SynergyConfig(decision_interval=3))
+    environment = sequence_environment(PhaseConfig("reach", 2), PhaseConfig("decide", 3, action=decided))
+    shifts = []
+    for step in range(12):
+        play(environment, np.full_like(no_actions(environment, 1), step))
+        shifts.append(environment._acting.synergy.numpy()[0, 1, 6])
+    assert environment.phase.finished.numpy().all() and shifts == [0.0] * 2 + [2.0] * 10
+
+
 def test_an_episode_of_a_rollout_has_all_phases() -> None:
     """The rollout goes on until the last phase must have ended."""
     environment = sequence_environment(PhaseConfig("a", 7), PhaseConfig("b", 4))

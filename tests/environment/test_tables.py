@@ -143,7 +143,7 @@ def test_terms_have_their_place_in_every_phase() -> None:
     both, alone, neither = (
         ActionConfig(synergy=slow, residual=fast), ActionConfig(residual=fast), ActionConfig(residual=None)
     )  # fmt: skip
-    phases = [PhaseConfig(str(row), 1, action=action) for row, action in enumerate((both, alone, neither, both))]
+    phases = [PhaseConfig(str(row), 200, action=action) for row, action in enumerate((both, alone, neither, both))]
     phases[3] = replace(phases[3], decides=False)
     columns, intervals = tables.term_columns(phases, "synergy")
     assert columns == [[*range(12), -1, -1], [-1] * 14, [-1] * 14, [*range(12), -1, -1]]
