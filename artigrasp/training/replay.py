@@ -158,6 +158,13 @@ class Replay:
         self._target_critics.load_state_dict(state["target_critics"])
         self._actor_optimizer.load_state_dict(state["actor_optimizer"])
         self._critic_optimizer.load_state_dict(state["critic_optimizer"])
+        # how fast it learns is a setting, and not part of the state
+        for optimizer, rate in (
+            (self._actor_optimizer, self.settings.actor_rate),
+            (self._critic_optimizer, self.settings.critic_rate),
+        ):
+            for group in optimizer.param_groups:
+                group["lr"] = rate
         self._memory = [tuple(state["memory"][name] for name in COLUMNS)]
         self.iteration = int(state["iteration"])
 

@@ -126,6 +126,17 @@ def test_a_learner_goes_on_where_another_stopped() -> None:
         assert torch.equal(value, second.actor.state_dict()[name]), name
 
 
+def test_rates_are_settings() -> None:
+    """A learner that goes on from another's state learns as fast as it is told, not as the other was."""
+    replay = make()
+    train(replay, 1)
+    cautious = Replay(replace(REPLAY, actor_rate=0.01, critic_rate=0.02), PPO, 1.0, OBSERVATIONS, ACTIONS)
+    cautious.load_state_dict(replay.state_dict())
+    found = cautious.state_dict()
+    rates = [found[name]["param_groups"][0]["lr"] for name in ("actor_optimizer", "critic_optimizer")]
+    assert rates == [0.01, 0.02]
+
+
 @pytest.mark.parametrize("name", ["dropout", "average_rate"])
 def test_shares_are_shares(name: str) -> None:
     """Settings out of range are refused."""
