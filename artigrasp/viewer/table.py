@@ -158,7 +158,7 @@ def add_plateau(scene: SceneApi, name: str, stage: StageConfig) -> None:
 
 def _places(track: Track) -> tuple[Array, Array]:
     """Points around all that a track shows, shape ``[N, 3]``, and the direction from objects to hands."""
-    points: list[Array] = []
+    points: list[NDArray[np.floating]] = []
     front = np.zeros(3)
     for time in np.linspace(0.0, track.recording.duration, LOOKS):
         sample = track.recording.at(float(time))
