@@ -48,7 +48,7 @@ def run(options: Options) -> int:
     policies = policies_for(options.object)
     start_warp()
 
-    from artigrasp.controllers.controller import pd_ik_controller
+    from artigrasp.controllers.controller import Controller, pd_ik_controller
     from artigrasp.controllers.library import load_controller
     from artigrasp.evaluation.composed import COMPOSED, strict_success
     from artigrasp.evaluation.evaluate import evaluate
@@ -61,7 +61,7 @@ def run(options: Options) -> int:
     from artigrasp.tasks.sequences import GRASP_THEN_ARTICULATE
 
     scene = get_task("both-free")
-    controllers = [pd_ik_controller(scene)]
+    controllers: list[Controller] = [pd_ik_controller(scene)]
     if policies:
         opens, grasps = policies.get("articulate"), policies.get("grasp")
         controllers.insert(0, load_controller("policy", task=scene, policy=opens, grasp_policy=grasps))

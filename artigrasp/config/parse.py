@@ -100,10 +100,10 @@ def _convert(hint: Any, value: object, key: str) -> Any:
             raise FieldError.mismatch(key, f"one of {', '.join(map(repr, arguments))}", value)
         return value
     if origin in (Union, types.UnionType):
-        kinds = [argument for argument in arguments if argument is not types.NoneType]
+        choices = [argument for argument in arguments if argument is not types.NoneType]
         if value is None and types.NoneType in arguments:
             return None
-        return _convert(kinds[0] if len(kinds) == 1 else _kind(kinds, value, key), value, key)
+        return _convert(choices[0] if len(choices) == 1 else _kind(choices, value, key), value, key)
     if origin is Mapping:
         if not isinstance(value, Mapping):
             raise FieldError.mismatch(key, "a table of keys and values", value)

@@ -70,7 +70,8 @@ def export_policy(
     Returns:
         The files.
     """
-    example, paths = torch.zeros(EXAMPLE_ROWS, FEATURE_COUNT), []
+    example = torch.zeros(EXAMPLE_ROWS, FEATURE_COUNT)
+    paths: list[Path] = []
     modules = hand_policies(policy)
     for side, module in modules.items():
         for kind, write in (("torchscript", _write_torchscript), ("onnx", _write_onnx)):
@@ -130,7 +131,7 @@ def _describe_action(task: TaskConfig) -> list[dict[str, Any]]:
 def _write_torchscript(module: HandPolicy, example: torch.Tensor, path: Path) -> None:
     with torch.no_grad(), warnings.catch_warnings(action="ignore"):  # TorchScript is no longer developed, and says so
         module(example)  # what is computed once and kept must not become part of the trace
-        torch.jit.trace(module, example).save(str(path))
+        torch.jit.trace(module, example).save(str(path))  # type: ignore[no-untyped-call]
 
 
 def _write_onnx(module: HandPolicy, example: torch.Tensor, path: Path) -> None:

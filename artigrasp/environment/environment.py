@@ -207,8 +207,8 @@ class Environment:
         )
         repeated._bystanders.place_like(self._bystanders, count)
         if (begins := self._beginning) is not None:
-            rows = [np.repeat(each, count, axis=0) for each in (begins.keeps, begins.target_object_pose)]
-            repeated.begin_at(begins.instant, *rows)
+            target = np.repeat(begins.target_object_pose, count, axis=0)
+            repeated.begin_at(begins.instant, np.repeat(begins.keeps, count, axis=0), target)
         return repeated
 
     def begin_at(self, instant: Instant, keeps: NDArray[np.bool_], target_object_pose: ArrayLike) -> None:

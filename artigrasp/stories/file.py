@@ -33,7 +33,8 @@ class _Loader(yaml.SafeLoader):
                     None, None, f"the key {key.value!r} is there twice", key.start_mark
                 )
             seen.add(str(key.value))
-        return super().construct_mapping(node, deep)
+        table: dict[Hashable, Any] = super().construct_mapping(node, deep)
+        return table
 
 
 def list_stories() -> dict[str, Path]:

@@ -99,8 +99,9 @@ def plan_step(step: Step, story: StoryConfig, situation: Situation, references: 
         UserError: A hand should let go and holds nothing, or no reference fits: hands are busy, or there is none.
     """
     names, instant = list(story.objects), situation.instant
-    last = () if getattr(step, "hold", False) else (RELEASE, RETREAT)
+    last: tuple[PhaseConfig, ...] = () if getattr(step, "hold", False) else (RELEASE, RETREAT)
     goal_angle, target = DRAW_GOAL, None
+    phases: tuple[PhaseConfig, ...]
     if isinstance(step, ReleaseStep):
         held = situation.holds.get(step.release)
         if held is None:

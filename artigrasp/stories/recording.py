@@ -48,7 +48,7 @@ def story_motion(tale: Tale, teller: Teller) -> Motion:
     for number, take in enumerate(tale.takes, start=1):
         metrics |= {f"{number} {name}": value for name, value in take.summary.items()}
     return Motion(
-        time=np.arange(len(phases)) * task.control_dt,
+        time=np.arange(len(phases), dtype=np.float64) * task.control_dt,
         hands=task.hands,
         hand=teller.references[0].hand,
         object=placed[0].asset,
