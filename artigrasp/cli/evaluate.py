@@ -1,10 +1,11 @@
 """`artigrasp evaluate`: measure controllers by the paper's protocols."""
 
+import logging
 import os
 import shutil
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
@@ -15,6 +16,11 @@ from artigrasp.cli.warp_start import start_warp
 from artigrasp.config import SimulatorConfig
 from artigrasp.errors import UserError
 from artigrasp.files import check_target
+
+if TYPE_CHECKING:
+    from artigrasp.evaluation.protocols import Protocol
+
+logger = logging.getLogger(__name__)
 
 CHUNKS = "chunks"
 """Folder of an unfinished evaluation's chunks."""
@@ -115,6 +121,8 @@ def run(options: Options) -> int:
     for each in brought if protocol.unseen_objects else ():
         if seen := set(options.objects) & set(load_policy(each).objects):
             raise UserError(f"objects: expected objects that {each} has not seen, found {', '.join(sorted(seen))}")
+    if brought:
+        protocol = _learned(protocol, {kind for each in brought for kind in load_policy(each).task.kinds})
     if grasp_policy is not None and any(not each.sequence for each in protocol.experiments):
         raise UserError(f"grasp-policy: expected a protocol of sequences only, found {options.protocol}")
     task = played_task(options.task, brought[0] if brought else None)
@@ -166,3 +174,19 @@ def run(options: Options) -> int:
         show_json(metrics[0] if len(parts) == 1 else metrics)
     shutil.rmtree(options.out / CHUNKS)
     return 0
+
+
+def _learned(protocol: "Protocol", skills: set[str]) -> "Protocol":
+    """The protocol without experiments in which policies of these skills would not act, so that PD+IK is not for them.
+
+    Raises:
+        UserError: None is left.
+    """
+    fitting = tuple(each for each in protocol.experiments if skills & set(each.kinds))
+    if not fitting:
+        needed = " or ".join(sorted({kind for each in protocol.experiments for kind in each.kinds}))
+        raise UserError(f"policy: expected one that learned to {needed}, found one for {' and '.join(sorted(skills))}")
+    for each in protocol.experiments:
+        if each not in fitting:
+            logger.warning("%s is left out: the policy learned to %s only", each.name, " and ".join(sorted(skills)))
+    return replace(protocol, experiments=fitting)

@@ -9,6 +9,7 @@ from artigrasp.cli import main
 from artigrasp.controllers.policy_file import save_policy
 from artigrasp.evaluation.articulation import ARTICULATION
 from artigrasp.evaluation.demonstrations import load_demonstrations
+from artigrasp.evaluation.grasping import GRASPING
 from artigrasp.evaluation.protocols import PROTOCOLS, Protocol
 from artigrasp.motion.file import load_motion
 from artigrasp.tasks import get_task
@@ -107,12 +108,26 @@ def test_splits_have_folders_of_their_own(work: Path, monkeypatch: pytest.Monkey
         assert (metrics["split"], metrics["trials"]) == (split, trials)
 
 
+def test_a_policy_is_measured_in_what_it_has_learned(
+    work: Path, policy: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """PD+IK, which would act in its place in other experiments, is not taken for it."""
+    monkeypatch.setitem(PROTOCOLS, "two", Protocol("two", "for tests", (ARTICULATION, GRASPING)))
+    assert main(["evaluate", "two", "--policy", str(policy), "--goal-angles", "1"]) == 0
+    assert (work / "evaluation" / "metrics.json").is_file()
+    assert "grasping is left out: the policy learned to articulate only" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
         (
             ["left-out", "--policy", "trained/opener.pt"],
             "objects: expected objects that trained/opener.pt has not seen",
+        ),
+        (
+            ["grasping", "--policy", "trained/opener.pt"],
+            "policy: expected one that learned to grasp, found one for art",
         ),
         (["images", "--controller", "zero"], "found none; there are"),
         (["juggling", "--controller", "zero"], "unknown protocol 'juggling'"),
