@@ -9,8 +9,21 @@ import platformdirs
 import artigrasp.assets_usd
 from artigrasp.errors import unknown
 
-AssetKind = Literal["hands", "objects", "references"]
-SUFFIX: dict[AssetKind, str] = {"hands": ".usda", "objects": ".usda", "references": ".npz"}
+AssetKind = Literal["hands", "objects", "references", "policies", "stories"]
+SUFFIX: dict[AssetKind, str] = {
+    "hands": ".usda",
+    "objects": ".usda",
+    "references": ".npz",
+    "policies": ".pt",
+    "stories": ".yaml",
+}
+_SINGULAR: dict[AssetKind, str] = {
+    "hands": "hand",
+    "objects": "object",
+    "references": "reference",
+    "policies": "policy",
+    "stories": "story",
+}
 
 
 def packaged_root() -> Path:
@@ -33,7 +46,7 @@ def import_root() -> Path:
 
 
 def asset_roots() -> tuple[Path, ...]:
-    """The folders that hold ``hands/``, ``objects/`` and ``references/``, the first to be searched first.
+    """The folders that hold a folder of each kind of asset, such as ``hands/``, the first to be searched first.
 
     ``$ARTIGRASP_ASSETS`` may name several, separated as in ``$PATH``.
     """
@@ -58,5 +71,15 @@ def find_asset(kind: AssetKind, name: str) -> Path:
     """
     names = list_assets(kind)
     if name not in names:
-        raise unknown(kind.removesuffix("s"), name, names)
+        raise unknown(_SINGULAR[kind], name, names)
     return next(path for root in asset_roots() if (path := root / kind / f"{name}{SUFFIX[kind]}").is_file())
+
+
+def find_file(kind: AssetKind, name: str) -> Path:
+    """The file of an asset, given by its path or by its name.
+
+    Raises:
+        UserError: There is neither; suggests the nearest name.
+    """
+    path = Path(name)
+    return path if path.is_file() else find_asset(kind, name)

@@ -118,11 +118,12 @@ def run(options: Options) -> int:
     protocol = replace(protocol, experiments=tuple(instead[each.name] for each in protocol.experiments))
     if options.split is not None:
         protocol = replace(protocol, splits=(options.split,))
-    for each in brought if protocol.unseen_objects else ():
-        if seen := set(options.objects) & set(load_policy(each).objects):
+    learned = [load_policy(each) for each in brought]
+    for each, content in zip(brought, learned, strict=True) if protocol.unseen_objects else ():
+        if seen := set(options.objects) & set(content.objects):
             raise UserError(f"objects: expected objects that {each} has not seen, found {', '.join(sorted(seen))}")
     if brought:
-        protocol = _learned(protocol, {kind for each in brought for kind in load_policy(each).task.kinds})
+        protocol = _learned(protocol, {kind for each in learned for kind in each.task.kinds})
     if grasp_policy is not None and any(not each.sequence for each in protocol.experiments):
         raise UserError(f"grasp-policy: expected a protocol of sequences only, found {options.protocol}")
     task = played_task(options.task, brought[0] if brought else None)

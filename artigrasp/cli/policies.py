@@ -3,8 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from artigrasp.assets.library import asset_roots
-from artigrasp.errors import unknown
+from artigrasp.assets.library import find_asset, find_file, list_assets
 
 if TYPE_CHECKING:
     from artigrasp.config import TaskConfig
@@ -14,7 +13,7 @@ DEFAULT_TASK = "right-fixed"
 
 def list_policies() -> dict[str, Path]:
     """The policy files among the assets by name; of two with one name the user's own."""
-    return {path.stem: path for root in reversed(asset_roots()) for path in sorted((root / "policies").glob("*.pt"))}
+    return {name: find_asset("policies", name) for name in list_assets("policies")}
 
 
 def find_policy(name: str) -> Path:
@@ -23,12 +22,7 @@ def find_policy(name: str) -> Path:
     Raises:
         UserError: There is neither; suggests the nearest name.
     """
-    if (path := Path(name)).is_file():
-        return path
-    policies = list_policies()
-    if name not in policies:
-        raise unknown("policy", name, policies)
-    return policies[name]
+    return find_file("policies", name)
 
 
 def policies_for(object_name: str) -> dict[str, Path]:

@@ -6,10 +6,10 @@ from typing import Any
 
 import yaml
 
-from artigrasp.assets.library import asset_roots
+from artigrasp.assets.library import find_asset, find_file, list_assets
 from artigrasp.config import from_dict
 from artigrasp.config.story import StoryConfig
-from artigrasp.errors import UserError, unknown
+from artigrasp.errors import UserError
 from artigrasp.files import check_format
 
 FORMAT, VERSION = "artigrasp.story", 1
@@ -39,7 +39,7 @@ class _Loader(yaml.SafeLoader):
 
 def list_stories() -> dict[str, Path]:
     """The story files among the assets by name; of two with one name the user's own."""
-    return {path.stem: path for root in reversed(asset_roots()) for path in sorted((root / "stories").glob("*.yaml"))}
+    return {name: find_asset("stories", name) for name in list_assets("stories")}
 
 
 def find_story(name: str) -> Path:
@@ -48,12 +48,7 @@ def find_story(name: str) -> Path:
     Raises:
         UserError: There is neither; suggests the nearest name.
     """
-    if (path := Path(name)).is_file():
-        return path
-    stories = list_stories()
-    if name not in stories:
-        raise unknown("story", name, stories)
-    return stories[name]
+    return find_file("stories", name)
 
 
 def read_story(path: Path) -> StoryConfig:
