@@ -42,4 +42,44 @@ RETRY = replace(
 )
 """What fails has mostly not moved the hinge at all by half time, so that there is something to see and time to act."""
 
-TASKS = (TASK, RETRY)
+ABLATIONS = (
+    replace(
+        TASK,
+        name="right-free-replay-follow",
+        description="Ablation: the wrist follows the hinge and runs ahead of it, in place of turning it on a schedule",
+        action=_BANDIT.action,
+    ),
+    replace(
+        TASK,
+        name="right-free-replay-all-features",
+        description="Ablation: networks that see all features",
+        ppo=replace(TASK.ppo, observed_features=()),
+    ),
+    replace(
+        TASK,
+        name="right-free-replay-without-hinge-features",
+        description="Ablation: a policy that does not see the hinge (the paper's articulation features)",
+        include_hinge_features=False,
+    ),
+    replace(
+        TASK,
+        name="right-free-replay-without-doubt",
+        description="Ablation: an actor that trusts the critics' mean, however much they disagree",
+        replay=ReplayConfig(doubt=0.0),
+    ),
+    replace(
+        TASK,
+        name="right-free-replay-without-jitter",
+        description="Ablation: references as they are, not moved and turned at random",
+        reset=replace(TASK.reset, reference_position_noise=0.0, reference_rotation_noise=0.0),
+    ),
+    replace(
+        TASK,
+        name="right-free-ppo",
+        description="Ablation: PPO, which learns from each decision in one iteration only, in place of replay",
+        replay=None,
+    ),
+)
+"""The same but for one thing each."""
+
+TASKS = (TASK, RETRY, *ABLATIONS)

@@ -6,7 +6,7 @@ import pytest
 
 from artigrasp.config import CurriculumConfig, RewardConfig, TaskConfig, from_dict, to_dict
 from artigrasp.errors import UserError
-from artigrasp.tasks import CURRICULA, TASKS, artigrasp, get_curriculum, get_task
+from artigrasp.tasks import CURRICULA, TASKS, artigrasp, get_curriculum, get_task, right_free_replay
 from artigrasp.tasks.objects import PAPER_OBJECTS
 
 
@@ -52,6 +52,19 @@ def test_each_ablation_leaves_out_one_thing() -> None:
     assert separate[:2] == whole[:2] and separate[2] == replace(whole[2], iterations=0)
     blind = get_curriculum("artigrasp-without-hinge-features").stages
     assert all(differences(*pair) == {"include_hinge_features"} for pair in zip(blind, whole, strict=True))
+
+
+def test_each_ablation_of_ours_changes_one_thing() -> None:
+    """And says what by its name."""
+    changed = {each.name: differences(each, right_free_replay.TASK) for each in right_free_replay.ABLATIONS}
+    assert changed == {
+        "right-free-replay-follow": {"action"},
+        "right-free-replay-all-features": {"ppo"},
+        "right-free-replay-without-hinge-features": {"include_hinge_features"},
+        "right-free-replay-without-doubt": {"replay"},
+        "right-free-replay-without-jitter": {"reset"},
+        "right-free-ppo": {"replay"},
+    }
 
 
 @pytest.mark.parametrize("name", PAPER_OBJECTS)
