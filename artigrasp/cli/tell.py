@@ -7,6 +7,7 @@ from typing import Annotated
 import tyro
 
 from artigrasp.cli.output import show, show_json
+from artigrasp.cli.policies import find_policy
 from artigrasp.cli.progress import progress_bar
 from artigrasp.cli.warp_start import start_warp
 from artigrasp.config import SimulatorConfig
@@ -19,8 +20,8 @@ class Options:
     """Simulate a story: hands open, move and close several objects of one scene, step after step, without resets.
 
     Each step takes the scene as the last one left it. The references by which it may be done are tried in simulation,
-    then a search around the nearest; if a later step cannot be done, the next best way of an earlier one is taken. Of a
-    story that fails the motion shows as far as it went; the exit code is 1.
+    by policies and then by PD+IK, then a search around the nearest; if a later step cannot be done, the next best way
+    of an earlier one is taken. Of a story that fails the motion shows as far as it went; the exit code is 1.
 
     With --json: {"motion": file or null, "done": whether all steps were done, "steps": [what became of each that was
     tried], "problem": which step was not done and why, or empty, "rollouts": episodes simulated, "metrics": {name:
@@ -29,6 +30,11 @@ class Options:
 
     story: Annotated[str, tyro.conf.Positional]
     """YAML file, or name of a shipped story."""
+    policy: str | None = None
+    """Policy that opens and closes, where hands do not hold the object already, before PD+IK does: a file, or a name of
+    `artigrasp list policies`."""
+    grasp_policy: str | None = None
+    """The same for grasping and carrying."""
     out: Path = Path("story.npz")
     """Motion file to write."""
     search: int = 32
@@ -50,15 +56,26 @@ def run(options: Options) -> int:
     from artigrasp.stories.file import find_story, read_story
 
     story = read_story(find_story(options.story))
+    asked = {"articulate": options.policy, "grasp": options.grasp_policy}
+    files = {skill: find_policy(each) for skill, each in asked.items() if each is not None}
     check_target(options.out)
     start_warp()
+    from artigrasp.controllers.controller import PolicyController
+    from artigrasp.controllers.policy_file import load_policy
     from artigrasp.motion.file import save_motion
     from artigrasp.stories.recording import story_motion
     from artigrasp.stories.teller import Teller, TellerSettings
 
+    policies = []
+    for skill, file in files.items():
+        policy = load_policy(file)
+        if skill not in policy.task.kinds:
+            found = " and ".join(policy.task.kinds)
+            raise UserError(f"policy: expected one that learned to {skill}, found one for {found}")
+        policies.append(PolicyController(policy))
     settings = TellerSettings(rollouts=options.search, seed=options.seed)
     with progress_bar("Telling", hidden=options.json) as progress:
-        teller = Teller(story, settings, options.simulator, on_progress=progress)
+        teller = Teller(story, settings, options.simulator, policies, on_progress=progress)
         tale = teller.tell()
     motion = story_motion(tale, teller) if tale.takes else None
     if motion is not None:

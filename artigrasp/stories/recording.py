@@ -79,4 +79,4 @@ def describe_take(step: Step, take: Take) -> str:
         outcome += f", {100 * take.summary['position_error']:.1f} cm from its target"
     elif not isinstance(step, ReleaseStep):
         outcome += f", at {take.summary['final_angle']:.2f} rad"
-    return f"{describe_step(step)}: {outcome}, by {take.reference}"
+    return f"{describe_step(step)}: {outcome}, by {take.controller} from {take.reference}"

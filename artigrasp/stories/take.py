@@ -26,6 +26,8 @@ class Take:
     """The object that it was about."""
     reference: str
     """Where the reference came from."""
+    controller: str
+    """What acted."""
     outcomes: tuple[tuple[str, str], ...]
     """What became of each phase."""
     summary: Mapping[str, float]

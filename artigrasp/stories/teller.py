@@ -1,6 +1,6 @@
 """The heuristic planner of stories: tries references in simulation, commits to one, and goes back if it led nowhere."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,11 +9,11 @@ from scipy.spatial.transform import Rotation
 
 from artigrasp.config import SimulatorConfig, TaskConfig
 from artigrasp.config.story import StoryConfig, describe_step
-from artigrasp.controllers.controller import pd_ik_controller
+from artigrasp.controllers.controller import Controller, pd_ik_controller
 from artigrasp.controllers.cross_entropy import CrossEntropySettings
 from artigrasp.controllers.rollout import run_episode
 from artigrasp.controllers.search import OffsetController, SearchController
-from artigrasp.controllers.skills import with_skills
+from artigrasp.controllers.skills import in_free_scene, with_skills
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.tables import synergy_directions
 from artigrasp.environment.worlds import planned_worlds
@@ -69,8 +69,9 @@ class Tale:
 class Teller:
     """Tells a story: a depth-first search over ways of doing its steps, each from where the last one led.
 
-    PD+IK acts. Every reference by which free hands may do a step is tried in a world of its own; where none does it, a
-    search tries offsets around those that came nearest. What was tried is what is shown: nothing is played again.
+    Every reference by which free hands may do a step is tried in a world of its own: by the policies that have learned
+    to, and where none does it by PD+IK; then a search tries offsets of PD+IK around those that came nearest. What was
+    tried is what is shown: nothing is played again.
     """
 
     def __init__(
@@ -78,6 +79,7 @@ class Teller:
         story: StoryConfig,
         settings: TellerSettings = TellerSettings(),
         simulator: SimulatorConfig = SimulatorConfig(),
+        policies: Sequence[Controller] = (),
         on_progress: Callable[[str, int, int], None] = lambda what, done, total: None,
     ) -> None:
         """Load the references of all objects.
@@ -86,6 +88,7 @@ class Teller:
             story: The story.
             settings: How hard to try.
             simulator: Backend, device and threads.
+            policies: What acts first in steps whose skill it has learned, unless hands hold the object already.
             on_progress: Told what is tried, and how many control steps of it are done and to be done.
 
         Raises:
@@ -97,6 +100,7 @@ class Teller:
         self._controller = pd_ik_controller(get_task(SCENE))
         rollouts = CrossEntropySettings(rollouts=settings.rollouts)
         self._search = SearchController(self._controller, rollouts, seed=settings.seed)
+        self._policies = [in_free_scene(each) for each in policies]
         self._simulator, self._on_progress = simulator, on_progress
         self._tried = self._gone_on = 0
 
@@ -108,7 +112,7 @@ class Teller:
     @property
     def controller_name(self) -> str:
         """What acts."""
-        return self._controller.name
+        return "+".join(dict.fromkeys(each.name for each in (*self._policies, self._controller)))
 
     def tell(self) -> Tale:
         """Do step after step; where none of the ways goes on, go back to the step before and take the next best."""
@@ -141,23 +145,30 @@ class Teller:
 
     def _try_step(self, plan: StepPlan, situation: Situation, title: str) -> list[Take]:
         """Ways of doing a step, the best first."""
-        takes = self._play(plan, situation, title)
+        takes: list[Take] = []
+        for policy in self._policies:
+            has_learned = plan.offsets is None and plan.references.kind[0] in policy.task.kinds
+            if has_learned and not any(take.success for take in takes):
+                takes += self._play(plan, situation, policy, title)
+        if not any(take.success for take in takes):
+            takes += self._play(plan, situation, self._controller, title)
         if not any(take.success for take in takes) and plan.offsets is None and self.settings.rollouts > 1:
-            nearest = np.argsort([-take.score for take in takes])[: self.settings.searched]
+            by_pd_ik = takes[-len(plan.references) :]
+            nearest = np.argsort([-take.score for take in by_pd_ik])[: self.settings.searched]
             chosen = replace(plan, references=plan.references.select(indices=np.sort(nearest)))
             takes += self._play_best(chosen, situation, title)
         return sorted(takes, key=lambda take: (take.success, take.score), reverse=True)
 
-    def _environment(self, plan: StepPlan, situation: Situation) -> Environment:
+    def _environment(self, plan: StepPlan, situation: Situation, controller: Controller) -> Environment:
         """Worlds that begin where the story has come to, one for each reference, with the plan's object first."""
         order, count = self._order(plan), len(plan.references)
-        task = self._search.task
+        task = controller.task
         environment = Environment(
             task,
             [plan.references],
             planned_worlds([plan.references], [0] * count, range(count), plan.goal_angle),
             bystanders=[self.references[slot] for slot in order[1:]],
-            sequence=with_skills(plan.phases, self._search),
+            sequence=with_skills(plan.phases, controller),
             retry_count=PHASE_RETRIES,
             seed=self.settings.seed,
             noise=False,
@@ -171,43 +182,48 @@ class Teller:
         """The story's objects as they are in the scene of a step: the one that it is about, then the others."""
         return sorted(range(len(self.references)), key=lambda slot: slot != plan.slot)
 
-    def _play(self, plan: StepPlan, situation: Situation, title: str) -> list[Take]:
-        """Every reference as it is, or with what was decided when the object was taken hold of."""
-        environment = self._environment(plan, situation)
+    def _play(self, plan: StepPlan, situation: Situation, controller: Controller, title: str) -> list[Take]:
+        """Every reference by a policy, or by PD+IK with what was decided when the object was taken hold of."""
+        is_policy = controller is not self._controller
+        environment = self._environment(plan, situation, controller if is_policy else self._search)
         offsets = plan.offsets
         if offsets is None:
-            offsets = np.zeros(
-                (1, environment.hand_count, len(synergy_directions(environment.task.action.synergy))), np.float32
-            )
+            directions = len(synergy_directions(self._search.task.action.synergy))
+            offsets = np.zeros((1, environment.hand_count, directions), np.float32)
         every = np.repeat(offsets[None], environment.world_count, axis=0)
-        return self._record(environment, every, plan, situation, title)
+        acting = controller if is_policy else OffsetController(controller, every, environment)
+        return self._record(environment, acting, every, plan, situation, title)
 
     def _play_best(self, plan: StepPlan, situation: Situation, title: str) -> list[Take]:
         """Every reference with the best offsets that a search finds around it."""
-        environment = self._environment(plan, situation)
+        environment = self._environment(plan, situation, self._search)
         search = self._search.seeking([plan.objective])
         search.plan(environment, lambda done, total: self._on_progress(f"{title}: searching", done, total))
         if search.found is None:
             raise RuntimeError("a search must find something")
         self._tried += int(search.found.rollouts.sum())
-        return self._record(environment, search.found.offsets, plan, situation, title)
+        offsets = search.found.offsets
+        acting = OffsetController(self._controller, offsets, environment)
+        acting.name = search.name
+        return self._record(environment, acting, offsets, plan, situation, title)
 
     def _record(
         self,
         environment: Environment,
+        controller: Controller,
         offsets: NDArray[np.float32],
         plan: StepPlan,
         situation: Situation,
         title: str,
     ) -> list[Take]:
-        """Play and record every world with its offsets, [world, decision, hand, direction]."""
+        """Play and record every world; PD+IK goes on with these offsets later, [world, decision, hand, direction]."""
         recorder = TakeRecorder(environment, self._order(plan))
 
         def record(step: int) -> None:
             recorder.record(step)
             self._on_progress(title, step, environment.episode_steps)
 
-        run_episode(environment, OffsetController(self._controller, offsets, environment), record)
+        run_episode(environment, controller, record)
         self._tried += environment.world_count
         takes = []
         for world, ended in enumerate(recorder.end()):
@@ -218,6 +234,7 @@ class Teller:
                 phases=ended.phases,
                 slot=plan.slot,
                 reference=str(reference.source[0]),
+                controller=controller.name,
                 outcomes=ended.outcomes,
                 summary=ended.summary,
                 success=bool(plan.objective.success(summary)[0]),

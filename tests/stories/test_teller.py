@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 from artigrasp.cli import main
+from artigrasp.cli.policies import find_policy
 from artigrasp.config import SimulatorConfig
 from artigrasp.config.story import CloseStep, MoveStep, OpenStep, PlacedObject, StoryConfig
+from artigrasp.controllers.controller import PolicyController
+from artigrasp.controllers.policy_file import load_policy
 from artigrasp.motion.file import load_motion
 from artigrasp.stories.recording import story_motion
 from artigrasp.stories.teller import Teller, TellerSettings
@@ -91,3 +94,13 @@ def test_search_finds_what_no_reference_does_by_itself() -> None:
     assert not Teller(exact, PLAIN, TWO_THREADS).tell().is_whole
     tale = Teller(exact, TellerSettings(rollouts=17), TWO_THREADS).tell()
     assert tale.is_whole and abs(tale.takes[0].summary["final_angle"] - 0.8) < 0.02
+
+
+def test_policies_act_first_where_they_have_learned_to_and_hold_nothing_yet(capsys: pytest.CaptureFixture[str]) -> None:
+    """Here: to open; PD+IK closes what the policy holds open. One that has not learned a skill is refused."""
+    policy = PolicyController(load_policy(find_policy("open-set-articulate")))
+    tale = Teller(BOX, PLAIN, TWO_THREADS, [policy]).tell()
+    assert tale.is_whole and [take.controller for take in tale.takes] == ["policy", "pd-ik"]
+    assert abs(tale.takes[0].summary["final_angle"] - 1.2) < 0.2
+    assert main(["tell", "ketchup-into-box", "--grasp-policy", "open-set-articulate"]) == 2
+    assert "expected one that learned to grasp, found one for articulate" in capsys.readouterr().err
