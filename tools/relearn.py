@@ -1,51 +1,85 @@
-"""Learn again from what a training from replay has tried, more cautiously, and without simulating anything.
+"""Learn again from what trainings from replay have tried, more cautiously, and without simulating anything.
 
-    python tools/relearn.py RUN OUT --action-cost 0.06 --doubt 1
+    python tools/relearn.py RUN [RUN ...] OUT --action-cost 0.06 --doubt 1
+    python tools/relearn.py RUN OUT --objects NAME [NAME ...] --rounds 30
 
-reads `RUN/latest.pt` and writes the policy OUT. Where references are few, an actor that stays nearer to the prior and
-trusts the critics less does better on others, see `docs/policies.md`.
+reads `RUN/latest.pt` and writes the policy OUT. It goes on from the networks of the first run, whose features are
+normalised as there, with what all of the runs have tried. Where references are few, an actor that stays nearer to the
+prior and trusts the critics less does better on others, see `docs/policies.md`.
+
+With --objects new networks learn, from what was tried on these objects alone: what a training without the others, or
+with fewer variants, would have come to. How decisions were explored has seen them all.
 """
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import torch
+from tensordict import TensorDict
 
-from artigrasp.controllers.policy_file import load_policy, save_policy
-from artigrasp.training.replay import Replay
+from artigrasp.controllers.network import OBSERVATION_GROUP
+from artigrasp.controllers.policy_file import PolicyFile, load_policy, save_policy
+from artigrasp.training.replay import COLUMNS, Replay
 from artigrasp.training.runner import CHECKPOINT
+
+Memory = dict[str, torch.Tensor]
+
+
+def remembered(checkpoint: PolicyFile, network: str, objects: Sequence[str] | None) -> Memory:
+    """What a training has tried on some objects, by default on all of them."""
+    assert checkpoint.learner is not None
+    memory: Memory = checkpoint.learner["learners"][network]["memory"]
+    if objects is None:
+        return memory
+    # worlds are shared evenly between the objects, side by side, and each keeps its object
+    worlds, count = checkpoint.task.world_count, len(checkpoint.objects)
+    if len(memory["reward"]) % worlds:
+        raise SystemExit(f"expected decisions of {worlds} worlds each, found {len(memory['reward'])}: some failed")
+    of_world = np.array(checkpoint.objects)[np.arange(worlds) * count // worlds]
+    rows = np.flatnonzero(np.isin(np.tile(of_world, len(memory["reward"]) // worlds), list(objects)))
+    return {key: memory[key][rows] for key in COLUMNS}
 
 
 def main() -> None:
     """Learn and write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("run", type=Path)
+    parser.add_argument("runs", type=Path, nargs="+", metavar="RUN")
     parser.add_argument("out", type=Path)
     parser.add_argument("--action-cost", type=float, default=0.06)
     parser.add_argument("--doubt", type=float, default=1.0)
     parser.add_argument("--actor-rate", type=float, default=1e-3)
     parser.add_argument("--rounds", type=int, default=3, help="each as many batches as an iteration of the training")
+    parser.add_argument("--objects", nargs="+", help="learn anew from what was tried on these alone")
     options = parser.parse_args()
     torch.set_num_threads(1)
-    checkpoint = load_policy(options.run / CHECKPOINT)
-    task = checkpoint.task
-    assert task.replay is not None and checkpoint.learner is not None
-    cautious = replace(task.replay, action_cost=options.action_cost, doubt=options.doubt)
-    task = replace(task, replay=replace(cautious, actor_rate=options.actor_rate))
+    checkpoints = [load_policy(run / CHECKPOINT) for run in options.runs]
+    first = checkpoints[0]
+    assert first.task.replay is not None and first.learner is not None
+    cautious = replace(first.task.replay, action_cost=options.action_cost, doubt=options.doubt)
+    task = replace(first.task, replay=replace(cautious, actor_rate=options.actor_rate))
     actors = {}
-    for name, actor in checkpoint.actors.items():
-        state = checkpoint.learner["learners"][name]
-        torch.manual_seed(checkpoint.seed)
-        seen, decided = (state["memory"][key].shape[1] for key in ("observation", "action"))
+    for name, actor in first.actors.items():
+        tried = [remembered(each, name, options.objects) for each in checkpoints]
+        memory = {key: torch.cat([each[key] for each in tried]) for key in COLUMNS}
+        seen, decided = (memory[key].shape[1] for key in ("observation", "action"))
+        torch.manual_seed(first.seed)
         learner = Replay(task.replay, task.ppo, 1.0, seen, decided)
-        learner.actor.load_state_dict(actor)
-        learner.load_state_dict(state)
+        if options.objects is None:
+            learner.actor.load_state_dict(actor)
+            learner.load_state_dict({**first.learner["learners"][name], "memory": memory})
+        else:
+            features = TensorDict({OBSERVATION_GROUP: memory["observation"]}, batch_size=len(memory["reward"]))
+            learner.actor.update_normalization(features)
+            learner._memory = [tuple(memory[key] for key in COLUMNS)]
         learner.train_mode()
         for _ in range(options.rounds):
             learner.update()
         actors[name] = learner.actor.state_dict()
-    save_policy(replace(checkpoint, task=task, actors=actors, learner=None), options.out)
+    objects = options.objects or list(dict.fromkeys(each for one in checkpoints for each in one.objects))
+    save_policy(replace(first, task=task, objects=tuple(objects), actors=actors, learner=None), options.out)
 
 
 if __name__ == "__main__":
