@@ -10,11 +10,29 @@ _EPISODE_STRIDE = wp.constant(7919)
 _REFERENCE_STREAM = wp.constant(104729)
 
 
+@wp.func
+def _draw_weighted(weight: wp.array[float], first: int, count: int, fraction: float) -> int:
+    """The one of a range at which the sum of weights passes a fraction of the whole."""
+    total = float(0.0)
+    for index in range(first, first + count):
+        total += weight[index]
+    left = float(fraction * total)
+    drawn = int(first + count - 1)
+    for index in range(first, first + count):
+        left -= weight[index]
+        if left < 0.0:
+            drawn = index
+            break
+    return drawn
+
+
 @wp.kernel
 def begin_episodes(
     world_mask: wp.array[int],
     first_reference: wp.array[int],
     reference_count: wp.array[int],
+    reference_weight: wp.array[float],
+    practice: float,
     episode: wp.array[int],
     seed: int,
     # outputs
@@ -28,6 +46,8 @@ def begin_episodes(
     Args:
         world_mask: [W] int, 1 where an episode begins.
         first_reference, reference_count: [W] range of references that a world draws from; a count of one fixes it.
+        reference_weight: [R] how much a reference counts where they are not drawn alike.
+        practice: share of the episodes that draw in proportion to these weights.
         episode: [W] episodes begun so far; the draw is a function of seed, world and this count.
         seed: of the draw.
         reference_index: [W] output.
@@ -38,7 +58,10 @@ def begin_episodes(
     if world_mask[world] == 0:
         return
     random = wp.rand_init(seed + _REFERENCE_STREAM + _EPISODE_STRIDE * episode[world], world)
-    reference_index[world] = first_reference[world] + wp.randi(random, 0, reference_count[world])
+    first, count = first_reference[world], reference_count[world]
+    reference_index[world] = first + wp.randi(random, 0, count)
+    if wp.randf(random) < practice:
+        reference_index[world] = _draw_weighted(reference_weight, first, count, wp.randf(random))
     step[world] = 0
     diverged[world] = 0
     overflow_count[world] = 0

@@ -71,7 +71,11 @@ FEATURES_VERSION = 1
 FEATURE_COUNT = sum(feature.size for feature in FEATURES)
 
 
-SUB_BLOCKS = {"wrist_rotation_error": ("pose_error", 0, 3), "wrist_error_in_part": ("keypoint_error_in_part", 0, 3)}
+SUB_BLOCKS = {
+    "wrist_rotation_error": ("pose_error", 0, 3),
+    "wrist_error_in_part": ("keypoint_error_in_part", 0, 3),
+    "target_contacts": ("contact_goal", 0, LINK_COUNT),
+}
 """Parts of blocks that have names of their own: the block, and its columns from where to where."""
 
 

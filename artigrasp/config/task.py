@@ -7,6 +7,7 @@ from typing import Literal, get_args
 from artigrasp.config.action import ActionConfig
 from artigrasp.config.checks import (
     FieldError,
+    require_fraction,
     require_name,
     require_not_negative,
     require_ordered_choice,
@@ -50,6 +51,9 @@ class TaskConfig:
     sequence: Literal["grasping"] | None = None
     """Sequence of `tasks.sequences` that an episode is in training, with targets in the air; None for a single phase,
     the task's own. The policy acts in the phases of its kinds."""
+    practice: float = 0.0
+    """Share of the episodes in training that play an object's references in proportion to how often they fail; the
+    others play all alike."""
     include_hinge_features: bool = True
     """Whether the policy sees the hinge (the paper's I_art), which one ablation leaves out."""
     world_count: int = 2000
@@ -75,6 +79,7 @@ class TaskConfig:
         require_name(self, "name")
         require_positive(self, "episode_steps", "world_count")
         require_not_negative(self, "iterations")
+        require_fraction(self, "practice")
         for name, term in self.action.terms.items():
             if self.episode_steps % term.decision_interval != 0:
                 expected = f"a divisor of episode_steps ({self.episode_steps})"

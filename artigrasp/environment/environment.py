@@ -121,6 +121,8 @@ class Environment:
         self._every_world = wp.full(self.world_count, 1, dtype=int, device=self.device)
         self._first_reference = wp.array(worlds.first_reference, dtype=int, device=self.device)
         self._reference_count = wp.array(worlds.reference_count, dtype=int, device=self.device)
+        reference_count = sum(len(each) for each in self.references)
+        self.reference_weight = wp.full(reference_count, 1.0, dtype=float, device=self.device)
         self._goal_angle = wp.array(worlds.goal_angle, dtype=float, device=self.device)
         self._target_offset = wp.array(worlds.target_offsets(), dtype=wp.transform, device=self.device)
         self._beginning: Beginning | None = None
@@ -229,9 +231,12 @@ class Environment:
         self._launch(
             episodes.begin_episodes,
             self.world_count,
-            [world_mask, self._first_reference, self._reference_count, self.episode, self.seed],
+            [
+                world_mask, self._first_reference, self._reference_count, self.reference_weight, self.task.practice,
+                self.episode, self.seed,
+            ],
             [self.reference_index, self.step_count, self.state.diverged, self.state.overflow_count],
-        )
+        )  # fmt: skip
         self._bystanders.reset(world_mask)
         self._launch(
             resets.reset_worlds,

@@ -6,6 +6,7 @@ import numpy as np
 import torch
 import warp as wp
 from rsl_rl.env import VecEnv
+from numpy.typing import NDArray
 from tensordict import TensorDict
 
 from artigrasp.controllers.network import OBSERVATION_GROUP
@@ -16,6 +17,12 @@ from artigrasp.evaluation.grasping import LIFTED
 
 _OF_HINGE = ("success", "angle_error", "mean_angle_error", "least_angle_error")
 """What an episode says about articulation, and only about that."""
+
+
+FAILURE_MEMORY = 0.2
+"""Weight of the newest episode in the average of how often a reference fails."""
+LEAST_WEIGHT = 0.02
+"""What a reference that never fails counts when those that fail are practised."""
 
 
 class HandVecEnv(VecEnv):
@@ -59,6 +66,7 @@ class HandVecEnv(VecEnv):
         self._returns: dict[str, list[float]] = {}
         self._articulates = np.concatenate([each.kind == "articulate" for each in environment.references])
         self._reported_failures = environment.failure_counts()
+        self._failure_rate = np.ones(len(self._articulates), dtype=np.float32)
         self.restart()
 
     def restart(self) -> None:
@@ -123,7 +131,10 @@ class HandVecEnv(VecEnv):
 
     def state_dict(self) -> dict[str, Any]:
         """What :meth:`load_state_dict` needs: little between episodes, all worlds in the middle of some."""
-        state: dict[str, Any] = {"episode": torch.from_numpy(self.environment.episode.numpy().copy())}
+        state: dict[str, Any] = {
+            "episode": torch.from_numpy(self.environment.episode.numpy().copy()),
+            "failure_rate": torch.from_numpy(self._failure_rate.copy()),
+        }
         if bool(self.episode_length_buf.any()):
             worlds = take_snapshot(self.environment)
             state["worlds"] = {name: torch.from_numpy(values) for name, values in worlds.items()}
@@ -137,6 +148,8 @@ class HandVecEnv(VecEnv):
         Raises:
             KeyError, RuntimeError, ValueError: That one was of other worlds.
         """
+        self._failure_rate[:] = state["failure_rate"].numpy()
+        self.environment.reference_weight.assign(np.maximum(self._failure_rate, LEAST_WEIGHT))
         if "worlds" not in state:
             # the reset counts one more
             self.environment.episode.assign(state["episode"].numpy() - 1)
@@ -161,12 +174,23 @@ class HandVecEnv(VecEnv):
         sound = self._failure == 0
         total = torch.stack([sums[worlds & sound].sum(dim=2) for sums in self._term_sums]).sum(dim=0)
         self._returns.setdefault("Episode/reward", []).extend(total.flatten().tolist())
+        reached = np.where(articulates, summary["success"], summary.get("lifted", 0.0))
+        self._note_outcomes(self.environment.reference_index.numpy()[ended], reached[ended])
         for sums, (names, _) in zip(self._term_sums, self._terms, strict=True):
             for name, values in zip(names, sums[worlds & sound].mean(dim=1).T, strict=True):
                 self._returns.setdefault(f"Reward/{name}", []).extend(values.tolist())
             sums[worlds] = 0.0
         self.episode_length_buf[dones] = 0
         self.environment.reset(wp.from_torch(worlds.int()))
+
+    def _note_outcomes(self, reference: NDArray[np.integer], reached: NDArray[np.float64]) -> None:
+        """Let references that fail be practised more often, by the running averages of how often they do."""
+        for index in np.unique(reference):
+            tries = reference == index
+            kept = (1.0 - FAILURE_MEMORY) ** tries.sum()
+            self._failure_rate[index] *= kept
+            self._failure_rate[index] += (1.0 - kept) * (1.0 - reached[tries].mean())
+        self.environment.reference_weight.assign(np.maximum(self._failure_rate, LEAST_WEIGHT))
 
     def _as_rows(self, array: wp.array) -> torch.Tensor:
         rows: torch.Tensor = wp.to_torch(array).reshape(self.rows, -1)
