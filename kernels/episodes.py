@@ -13,11 +13,11 @@ _REFERENCE_STREAM = wp.constant(104729)
 @wp.func
 def _draw_weighted(weight: wp.array[float], first: int, count: int, fraction: float) -> int:
     """The one of a range at which the sum of weights passes a fraction of the whole."""
-    total = float(0.0)
+    total = wp.float32(0.0)
     for index in range(first, first + count):
         total += weight[index]
-    left = float(fraction * total)
-    drawn = int(first + count - 1)
+    left = wp.float32(fraction * total)
+    drawn = wp.int32(first + count - 1)
     for index in range(first, first + count):
         left -= weight[index]
         if left < 0.0:

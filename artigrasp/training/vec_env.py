@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import torch
 import warp as wp
-from rsl_rl.env import VecEnv
 from numpy.typing import NDArray
+from rsl_rl.env import VecEnv
 from tensordict import TensorDict
 
 from artigrasp.controllers.network import OBSERVATION_GROUP

@@ -12,15 +12,25 @@ FIRST, COUNT = 3, 5
 UNTOUCHED = 77
 
 
-def begin(mask: np.ndarray, episode: int = 0, seed: int = 0, count: int = COUNT) -> dict[str, np.ndarray]:
+def begin(
+    mask: np.ndarray,
+    episode: int = 0,
+    seed: int = 0,
+    count: int = COUNT,
+    *,
+    weight: np.ndarray | None = None,
+    practice: float = 0.0,
+) -> dict[str, np.ndarray]:
     """Begin episodes where the mask is one; every output holds ``UNTOUCHED`` before."""
     names = ("reference_index", "step", "diverged", "overflow_count")
     outputs = {name: wp.full(WORLD_COUNT, UNTOUCHED, dtype=int) for name in names}
     arrays = (mask, np.full(WORLD_COUNT, FIRST), np.full(WORLD_COUNT, count), np.full(WORLD_COUNT, episode))
+    *plans, episodes = (wp.array(array, dtype=int) for array in arrays)
+    weights = wp.array(np.ones(FIRST + COUNT) if weight is None else weight, dtype=float)
     wp.launch(
         begin_episodes,
         dim=WORLD_COUNT,
-        inputs=[*(wp.array(array, dtype=int) for array in arrays), seed],
+        inputs=[*plans, weights, practice, episodes, seed],
         outputs=list(outputs.values()),
     )
     return {name: array.numpy() for name, array in outputs.items()}
@@ -47,6 +57,18 @@ def test_draws_are_even_and_repeatable() -> None:
     np.testing.assert_array_equal(begin(everyone)["reference_index"], draws[0, 0])
     for key in [(1, 0), (0, 1)]:
         assert 0.05 < (draws[key] == draws[0, 0]).mean() < 0.4, "as many agree as by chance"
+
+
+def test_practice_draws_by_weight() -> None:
+    """That share of the episodes draws in proportion to the weights of the range, the others draw all alike."""
+    everyone, weight = np.ones(WORLD_COUNT, int), np.full(FIRST + COUNT, 50.0)
+    weight[FIRST:] = (3.0, 0.0, 1.0, 0.0, 4.0)
+    for practice in (0.0, 0.5, 1.0):
+        draws = [begin(everyone, seed=seed, weight=weight, practice=practice)["reference_index"] for seed in range(10)]
+        share = np.bincount(np.concatenate(draws) - FIRST, minlength=COUNT) / (10 * WORLD_COUNT)
+        expected = practice * weight[FIRST:] / weight[FIRST:].sum() + (1 - practice) / COUNT
+        np.testing.assert_allclose(share, expected, atol=0.03)
+        assert practice < 1.0 or not share[weight[FIRST:] == 0.0].any()
 
 
 def test_a_count_of_one_fixes_the_reference() -> None:

@@ -144,6 +144,28 @@ def test_each_kind_of_reference_shows_its_own_success() -> None:
     assert totals["Episode/reward"][1] == 2 * WORLD_COUNT
 
 
+def test_references_that_fail_are_practised_more() -> None:
+    """What fails weighs more than what succeeds at the next reset, and a run that is resumed remembers it."""
+    task = replace(small_synergy(), practice=1.0)
+    env = make_new_env(task)
+    worlds = env.environment
+    count = len(worlds.references[0])
+    assert count > 1
+    worlds.reference_weight.assign(np.arange(count) == 1)
+    worlds.reset()
+    np.testing.assert_array_equal(worlds.reference_index.numpy(), 1)
+    for _ in range(env.max_episode_length):
+        env.step(torch.zeros(env.rows, env.num_actions))
+    reached = env.pop_episode_totals()["Episode/success"][0]
+    expected = np.ones(count)
+    expected[1] = 0.8**WORLD_COUNT + (1 - 0.8**WORLD_COUNT) * (1 - reached / WORLD_COUNT)
+    np.testing.assert_allclose(worlds.reference_weight.numpy(), np.maximum(expected, 0.02), rtol=1e-6)
+    other = make_new_env(task)
+    other.load_state_dict(env.state_dict())
+    np.testing.assert_array_equal(other.environment.reference_weight.numpy(), worlds.reference_weight.numpy())
+    np.testing.assert_array_equal(other.environment.reference_index.numpy(), worlds.reference_index.numpy())
+
+
 def test_worlds_in_the_middle_of_episodes_go_on() -> None:
     """Everything that a step depends on is in the state, also of worlds that began anew at other times."""
     task = small_paper()
