@@ -7,6 +7,9 @@ reads `RUN/latest.pt` and writes the policy OUT. It goes on from the networks of
 normalised as there, with what all of the runs have tried. Where references are few, an actor that stays nearer to the
 prior and trusts the critics less does better on others, see `docs/policies.md`.
 
+With --go-on the first run gets the networks and all that was tried, too: `artigrasp train TASK --resume RUN` explores
+on with them, at once if decisions were still drawn at random.
+
 With --objects new networks learn, from what was tried on these objects alone: what a training without the others, or
 with fewer variants, would have come to. How decisions were explored has seen them all.
 """
@@ -53,6 +56,7 @@ def main() -> None:
     parser.add_argument("--actor-rate", type=float, default=1e-3)
     parser.add_argument("--rounds", type=int, default=3, help="each as many batches as an iteration of the training")
     parser.add_argument("--objects", nargs="+", help="learn anew from what was tried on these alone")
+    parser.add_argument("--go-on", action="store_true", help="let the first run go on from here when it is resumed")
     options = parser.parse_args()
     torch.set_num_threads(1)
     checkpoints = [load_policy(run / CHECKPOINT) for run in options.runs]
@@ -60,7 +64,7 @@ def main() -> None:
     assert first.task.replay is not None and first.learner is not None
     cautious = replace(first.task.replay, action_cost=options.action_cost, doubt=options.doubt)
     task = replace(first.task, replay=replace(cautious, actor_rate=options.actor_rate))
-    actors = {}
+    actors, states = {}, {}
     for name, actor in first.actors.items():
         tried = [remembered(each, name, options.objects) for each in checkpoints]
         memory = {key: torch.cat([each[key] for each in tried]) for key in COLUMNS}
@@ -77,9 +81,13 @@ def main() -> None:
         learner.train_mode()
         for _ in range(options.rounds):
             learner.update()
-        actors[name] = learner.actor.state_dict()
+        actors[name], states[name] = learner.actor.state_dict(), learner.state_dict()
     objects = options.objects or list(dict.fromkeys(each for one in checkpoints for each in one.objects))
     save_policy(replace(first, task=task, objects=tuple(objects), actors=actors, learner=None), options.out)
+    if options.go_on:
+        save_policy(
+            replace(first, actors=actors, learner={**first.learner, "learners": states}), options.runs[0] / CHECKPOINT
+        )
 
 
 if __name__ == "__main__":
