@@ -16,7 +16,7 @@ INSTALLED := build/installed
 help:
 	@echo "make demo    carry and open a shipped box with simulated hands, from nothing"
 	@echo "make test    run the tests"
-	@echo "make fuzz    run the tests that damage files ten times as long, and count how it ended"
+	@echo "make fuzz    damage files of every kind by the thousand, and count how it ended"
 	@echo "make check   run linter, formatter, type checker and import contracts"
 	@echo "make bench   measure throughput"
 	@echo "make venv    make the environment in $(VENV)"
@@ -41,8 +41,9 @@ test: $(STAMP)
 bench: $(STAMP)
 	$(BIN)/artigrasp bench
 
-# Some ten minutes.
+# Some twenty minutes.
 fuzz: $(STAMP)
+	$(BIN)/python -m tools.fuzz_readers
 	ARTIGRASP_FUZZ=10 $(BIN)/python -m pytest -q --hypothesis-show-statistics -k damaged tests
 
 check: style types imports

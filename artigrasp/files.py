@@ -1,6 +1,8 @@
 """How every file of the project is written (whole or not at all) and recognised (format and version)."""
 
+import csv
 import errno
+import json
 import operator
 import os
 import re
@@ -10,6 +12,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from artigrasp.errors import UserError
 
@@ -91,6 +94,21 @@ def check_target(path: str | os.PathLike[str]) -> None:
         raise UserError(f"{nearest}: cannot write to this folder: permission denied")
 
 
+def check_inside(path: str | os.PathLike[str], folder: Path, source: str | os.PathLike[str]) -> None:
+    """Refuse a file to which another one refers, if it lies outside a folder; links count as what they lead to.
+
+    Args:
+        path: The file.
+        folder: Folder that holds everything that the other may refer to.
+        source: The other file, for the message.
+
+    Raises:
+        UserError: It lies outside.
+    """
+    if not Path(path).resolve().is_relative_to(folder.resolve()):
+        raise UserError(f"{source}: expected files in {folder} only, found a reference to {path}")
+
+
 def check_format(
     found_format: object, found_version: object, format: str, version: int, path: str | os.PathLike[str]
 ) -> None:
@@ -118,6 +136,60 @@ def check_format(
         raise UserError(
             f"{path}: version: expected at most {version}, found {number}: a newer version of artigrasp wrote this file"
         )
+
+
+def read_json(path: Path, format: str, version: int, what: str) -> dict[str, Any]:
+    """Read a JSON file of a known kind.
+
+    Args:
+        path: The file.
+        format: Kind that the file must be of.
+        version: Newest version that the caller reads.
+        what: The file in words, such as ``"a task"``, for the message when there is none.
+
+    Returns:
+        Its table, without ``format`` and ``version``.
+
+    Raises:
+        UserError: There is no such file, it is no JSON table, or of another format or a newer version.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise UserError(f"{path}: expected {what}, found none to read: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:
+        raise UserError(f"{path}: expected JSON, found something else: {error}") from error
+    if not isinstance(content, dict):
+        raise UserError(f"{path}: expected a table of keys and values, found {type(content).__name__}")
+    check_format(content.pop("format", None), content.pop("version", None), format, version, path)
+    return content
+
+
+def read_csv(path: Path, what: str) -> list[dict[str, str]]:
+    """Read a table whose first row names its columns.
+
+    Args:
+        path: The file.
+        what: As for :func:`read_json`.
+
+    Returns:
+        The rows, each with every column.
+
+    Raises:
+        UserError: There is no such file, or it is no such table.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+    except OSError as error:
+        raise UserError(f"{path}: expected {what}, found none to read: {error.strerror}") from error
+    except (ValueError, csv.Error) as error:
+        raise UserError(f"{path}: expected a table in CSV, found something else: {error}") from error
+    for number, row in enumerate(rows, start=1):
+        # where a row is too long the rest stands under no name, where it is too short nothing stands under some
+        if None in row or None in row.values():
+            raise UserError(f"{path}: row {number}: expected a value for each column, found more or fewer")
+    return rows
 
 
 def _show(value: object) -> str:

@@ -2,40 +2,61 @@
 
     python tools/interrupt_commands.py [--verbs train evaluate generate export-usd] [--kills N] [--seed S]
 
-runs each command in a folder of its own over and over, each time killed (SIGKILL) after a random time; where it has
-left off it goes on, and where it has ended it begins anew. After every kill all files that can be seen must be
-readable, and what was done must not have become less: iterations of a training, chunks of an evaluation. What ends
+runs each command in a folder of its own over and over, each time killed (SIGKILL); where it has left off it goes on,
+and where it has ended it begins anew. Every other kill comes at a random moment, counted in the command's processor
+time, which other work on the machine does not stretch; the others in the middle of writing the first file after such a
+moment. After every kill all files that can be seen must be readable, and what was done must not have become less:
+iterations of a training, chunks of an evaluation, the file that `generate` and `export-usd` were to replace. What ends
 must equal what a command made that was never interrupted. Prints one JSON object, and fails if something was lost.
 Imports have a tool of their own, `interrupt_import.py`.
+
+To spare time commands are forked from a process that has imported their modules already.
 """
 
 import argparse
 import json
+import os
 import random
 import shutil
-import signal
-import subprocess
 import sys
 import tempfile
 import time
 from abc import ABC, abstractmethod
+from multiprocessing import get_context, set_forkserver_preload
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pxr import Usd
+from pxr import Sdf
 from rich.progress import track
 
 from artigrasp.arrays import load_plain_arrays
+from artigrasp.cli import main as cli_main
 from artigrasp.controllers.policy_file import load_policy
 from artigrasp.motion.file import load_motion
 
-STARTING_SECONDS = 1.0
-"""Nothing is killed before, for nothing has begun."""
+PRELOADED = (
+    "artigrasp.cli.app",
+    "artigrasp.controllers.library",
+    "artigrasp.evaluation.report",
+    "artigrasp.export.usd",
+    "artigrasp.motion.generate",
+    "artigrasp.training.train",
+)
+"""Modules that commands find imported."""
+POLL_SECONDS = 0.002
+"""Between two looks at a command."""
 
 
 class Case(ABC):
-    """A command that works in a folder."""
+    """A command that works in a folder.
+
+    Attributes:
+        replaces: Whether it replaces what it made before.
+    """
+
+    replaces = False
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -89,7 +110,9 @@ class Evaluate(Case):
 
 
 class Generate(Case):
-    """One motion."""
+    """One motion, in the place of an older one."""
+
+    replaces = True
 
     def words(self) -> list[str]:
         """See `Case`."""
@@ -101,13 +124,15 @@ class Generate(Case):
 
 
 class ExportUsd(Case):
-    """One motion as USD."""
+    """One motion as USD, in the place of an older one."""
+
+    replaces = True
 
     def __init__(self, folder: Path) -> None:
         super().__init__(folder)
         self._motion = folder.parent / "motion.npz"
         if not self._motion.exists():
-            run(["generate", "--controller", "pd-ik", "--out", str(self._motion)]).wait()
+            run(["generate", "--controller", "pd-ik", "--out", str(self._motion)]).join()
 
     def words(self) -> list[str]:
         """See `Case`."""
@@ -115,7 +140,7 @@ class ExportUsd(Case):
 
     def result(self) -> str:
         """See `Case`."""
-        return str(Usd.Stage.Open(str(self.folder / "motion.usdc")).GetRootLayer().ExportToString())
+        return read_layer(self.folder / "motion.usdc").ExportToString()
 
 
 CASES: dict[str, type[Case]] = {"train": Train, "evaluate": Evaluate, "generate": Generate, "export-usd": ExportUsd}
@@ -128,6 +153,7 @@ def main() -> None:
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
+    set_forkserver_preload(list(PRELOADED))
     results = {}
     with tempfile.TemporaryDirectory() as name:
         for verb in options.verbs:
@@ -139,38 +165,51 @@ def main() -> None:
 def interrupt(verb: str, root: Path, kills: int, chance: random.Random) -> dict[str, int]:
     """Kill a verb so often; what was seen, as counts."""
     found = dict.fromkeys(
-        ("kills", "went_on", "ended", "files_seen", "temporary", "unreadable", "lost", "different"), 0
+        ("kills", "while_writing", "went_on", "ended", "files_seen", "unreadable", "lost", "different"), 0
     )
-    case, (whole, longest) = make(verb, root / "work"), uninterrupted(verb, root / "whole")
+    whole, longest = uninterrupted(verb, root / "whole")
+    case = make(verb, root / "work")
+    if case.replaces:
+        shutil.copytree(root / "whole", case.folder, dirs_exist_ok=True)
     for _ in track(range(kills), verb, transient=True):
-        before = case.progress()
-        found["went_on"] += before > 0
-        while not killed(run(case.words()), chance.uniform(STARTING_SECONDS, longest)):
+        while True:
+            before = case.progress()
+            if killed(run(case.words()), chance.uniform(0, longest), case.folder if found["kills"] % 2 else None):
+                break
             found["ended"] += 1
             found["different"] += case.result() != whole
-            shutil.rmtree(case.folder)
-            case, before = make(verb, case.folder), 0
+            if not case.replaces:
+                shutil.rmtree(case.folder)
+                case = make(verb, case.folder)
         found["kills"] += 1
-        for path in case.folder.rglob("*"):
-            if path.is_file():
+        found["went_on"] += before > 0
+        files = [path for path in case.folder.rglob("*") if path.is_file()]
+        found["while_writing"] += any(is_temporary(path) for path in files)
+        for path in files:
+            if is_temporary(path):
+                path.unlink()  # so that the next one is new
+            else:
                 found["files_seen"] += 1
-                found["temporary"] += path.name.startswith(".")
-                found["unreadable"] += not path.name.startswith(".") and not readable(path)
+                found["unreadable"] += not readable(path)
         found["lost"] += case.progress() < before
+        found["different"] += case.replaces and case.result() != whole
     return found
 
 
 def uninterrupted(verb: str, folder: Path) -> tuple[Any, float]:
-    """What the verb makes when nobody kills it, and how long it takes [s]; of a training how long two iterations do."""
-    case, begin = make(verb, folder), time.perf_counter()
-    process = run(case.words())
-    while process.poll() is None and not (verb == "train" and case.progress() > 1):
-        time.sleep(0.2)
-    seconds = time.perf_counter() - begin
+    """What the verb makes when nobody kills it, and its processor time [s]; of a training that of two iterations."""
+    case = make(verb, folder)
+    process, seconds = run(case.words()), 0.0
+    while process.exitcode is None and not (verb == "train" and case.progress() > 1):
+        seconds = processor_time(process) or seconds
+        time.sleep(0.1)
     if verb == "train":
         process.kill()
-        return None, 1.5 * seconds
-    return case.result(), 0.9 * seconds
+        process.join()
+        return None, seconds
+    if process.exitcode != 0:
+        raise RuntimeError(f"{case.words()}: failed with {process.exitcode}")
+    return case.result(), seconds
 
 
 def make(verb: str, folder: Path) -> Case:
@@ -179,26 +218,67 @@ def make(verb: str, folder: Path) -> Case:
     return CASES[verb](folder)
 
 
-def run(words: list[str]) -> subprocess.Popen[bytes]:
+def run(words: list[str]) -> BaseProcess:
     """Start a command without a word on the terminal."""
-    program = Path(sys.executable).with_name("artigrasp")
-    return subprocess.Popen([program, *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    process = get_context("forkserver").Process(target=command, args=(words,))
+    process.start()
+    return process
 
 
-def killed(process: subprocess.Popen[bytes], after: float) -> bool:
-    """Kill a process after some time [s], unless it has ended; whether it was killed.
+def command(words: list[str]) -> None:
+    """What a process does."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.dup2(nowhere, 2)
+    sys.exit(cli_main(words))
+
+
+def killed(process: BaseProcess, after: float, folder: Path | None) -> bool:
+    """Kill a process after some processor time [s], and then not before it writes to a folder, if one is given.
+
+    Returns:
+        Whether it was killed, rather than ended before.
 
     Raises:
         RuntimeError: It failed by itself.
     """
+    while process.exitcode is None:
+        writes = folder is None or any(is_temporary(path) for path in folder.rglob(".*"))
+        if writes and processor_time(process) >= after:
+            process.kill()
+            process.join()
+            return True
+        time.sleep(POLL_SECONDS)
+    if process.exitcode != 0:
+        raise RuntimeError(f"{process}: failed with {process.exitcode}")
+    return False
+
+
+def processor_time(process: BaseProcess) -> float:
+    """What a process has used so far [s]; 0 once it has ended."""
     try:
-        if process.wait(timeout=after) != 0:
-            raise RuntimeError(f"{process.args}: failed with {process.returncode}")
-        return False
-    except subprocess.TimeoutExpired:
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-        return True
+        text = Path(f"/proc/{process.pid}/stat").read_text()
+    except OSError:
+        return 0.0
+    user, system = text.rsplit(") ", 1)[1].split()[11:13]
+    return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+
+
+def is_temporary(path: Path) -> bool:
+    """Whether a file has not got its name yet."""
+    return path.name.startswith(".")
+
+
+def read_layer(path: Path) -> Sdf.Layer:
+    """A USD file as it is now, whatever was read at its place before.
+
+    Raises:
+        RuntimeError: It is not whole.
+    """
+    layer = Sdf.Layer.OpenAsAnonymous(str(path))
+    if layer is None:
+        raise RuntimeError(f"{path}: expected USD")
+    return layer
 
 
 def readable(path: Path) -> bool:
@@ -213,7 +293,7 @@ def readable(path: Path) -> bool:
         elif path.suffix == ".json":
             json.loads(path.read_text())
         elif path.suffix == ".usdc":
-            return bool(Usd.Stage.Open(str(path)))
+            read_layer(path)
         elif path.suffix == ".csv":
             rows = path.read_text().splitlines()
             return len({row.count(",") for row in rows if '"' not in row}) == 1

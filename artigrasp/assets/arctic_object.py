@@ -150,7 +150,8 @@ def _read_hinge(urdf: Urdf) -> Hinge:
 
 def _read_mesh(path: Path) -> Mesh:
     try:
-        loaded = trimesh.load_mesh(path, process=False, maintain_order=True)
+        with path.open("rb") as file:  # not the path: nothing that it refers to is read
+            loaded = trimesh.load_mesh(file, file_type="obj", process=False, maintain_order=True)
         mesh = Mesh(np.array(loaded.vertices, float), np.array(loaded.faces, np.int64))
         if not len(mesh.faces):
             raise ValueError("expected triangles, found none")

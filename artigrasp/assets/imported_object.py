@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 import trimesh
+from scipy.spatial import QhullError
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from artigrasp.assets.check import MAX_PIECE_VERTICES
@@ -19,6 +20,8 @@ Colour = tuple[float, float, float]
 
 COLOURS: tuple[Colour, Colour] = ((0.36, 0.45, 0.55), (0.90, 0.52, 0.24))
 """Linear RGB of base and articulated part where a file gives none."""
+MESHES = (".obj", ".stl", ".ply", ".glb")
+"""Suffixes of mesh files."""
 CONVEX = 0.995
 """A mesh that fills so much of its hull is one convex piece as it is."""
 
@@ -85,6 +88,9 @@ def make_imported(
         path: Of the object.
         density: Of parts whose mass the file does not give [kg/m³].
         progress: Called before each part is cut into convex pieces, with what is done, how many are, and of how many.
+
+    Raises:
+        UserError: A part is flat, or cannot be cut.
     """
     seen = np.concatenate([mesh.vertices for part in source.parts for mesh, _ in part.shown])
     low, high = seen.min(axis=0), seen.max(axis=0)
@@ -93,7 +99,11 @@ def make_imported(
     for index, part in enumerate(source.parts):
         if progress is not None:
             progress(f"part {index + 1}", index, 2)
-        parts.append(_make_part(part, shift, density, COLOURS[index]))
+        try:
+            parts.append(_make_part(part, shift, density, COLOURS[index]))
+        except (QhullError, ValueError) as error:
+            problem = str(error).splitlines()[0]
+            raise UserError(f"{source.path}: part {index + 1}: expected a shape with a volume: {problem}") from None
     return ObjectModel(
         name=name,
         path=path,
@@ -125,15 +135,20 @@ def revolute_pose(origin: Array, axis: Array, angle: float) -> RigidTransform:
 
 
 def load_mesh(path: Path, scale: Array) -> Mesh:
-    """Read a mesh file.
+    """Read a mesh file, and no other file that it refers to.
 
     Raises:
         UserError: it is missing, of an unknown kind or not a mesh.
     """
     if not path.is_file():
         raise UserError(f"{path}: expected a mesh, found nothing")
+    if path.suffix.lower() not in MESHES:
+        raise UserError(
+            f"{path}: cannot read this mesh: expected {', '.join(MESHES)}, found {path.suffix or 'no'} file"
+        )
     try:
-        loaded = trimesh.load_mesh(path, process=False, force="mesh")
+        with path.open("rb") as file:
+            loaded = trimesh.load_mesh(file, file_type=path.suffix[1:].lower(), process=False, force="mesh")
         mesh = trimesh.Trimesh(np.array(loaded.vertices, float) * scale, np.array(loaded.faces), process=False)
         # Files repeat a vertex for every normal and texture coordinate: that tears the surface apart.
         mesh.merge_vertices(merge_tex=True, merge_norm=True)
@@ -154,8 +169,11 @@ def _make_part(part: ImportedPart, shift: RigidTransform, density: float, colour
         np.concatenate([mesh.faces + start for mesh, start in zip(shown, starts, strict=True)]),
     )
     solid = [moved(mesh, shift) for mesh in part.solid] or shown
-    pieces = tuple(piece for mesh in solid for piece in _pieces(mesh))
-    body = body_of_mesh(whole, pieces, density) if part.body is None else moved_body(part.body, shift)
+    with np.errstate(invalid="ignore"):  # what has no volume has no middle
+        pieces = tuple(piece for mesh in solid for piece in _pieces(mesh))
+        body = body_of_mesh(whole, pieces, density) if part.body is None else moved_body(part.body, shift)
+    if not (body.mass > 0 and np.isfinite(body.com).all() and np.isfinite(body.inertia).all()):
+        raise ValueError(f"its mass is {body.mass:g} kg")
     colours = [np.tile(own or colour, (len(mesh.faces), 1)) for mesh, own in part.shown]
     return PartModel(*body, whole.vertices, whole.faces, pieces, np.concatenate(colours))
 

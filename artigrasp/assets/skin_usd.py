@@ -82,13 +82,17 @@ def read_skin(reader: StageReader, root: str) -> HandSkin | None:
     if not reader.stage.GetPrimAtPath(root):
         return None
     skeleton, mesh = reader.prim(f"{root}/skeleton"), reader.prim(f"{root}/surface")
-    if (joints := tuple(reader.value(skeleton, "joints"))) != JOINT_PATHS:
-        raise reader.error(f"{root}/skeleton.joints", f"expected {', '.join(JOINT_PATHS)}, found {', '.join(joints)}")
+    joints = reader.value(skeleton, "joints")
+    if not isinstance(joints, Vt.TokenArray) or tuple(joints) != JOINT_PATHS:
+        raise reader.error(f"{root}/skeleton.joints", f"expected {', '.join(JOINT_PATHS)}, found {joints}")
+    transforms = reader.value(skeleton, "bindTransforms")
+    if not isinstance(transforms, Vt.Matrix4dArray) or len(transforms) != LINK_COUNT:
+        raise reader.error(f"{root}/skeleton.bindTransforms", f"expected {LINK_COUNT} matrices")
     vertices = reader.array(mesh, "points", (-1, 3))
-    count = len(vertices)
-    if (reader.array(mesh, "faceVertexCounts", (-1,)) != 3).any():
+    count, counts = len(vertices), reader.array(mesh, "faceVertexCounts", (-1,))
+    if not len(counts) or (counts != 3).any():
         raise reader.error(f"{root}/surface.faceVertexCounts", "expected triangles")
-    faces = reader.array(mesh, "faceVertexIndices", (-1,)).astype(np.int32).reshape(-1, 3)
+    faces = reader.array(mesh, "faceVertexIndices", (3 * len(counts),)).astype(np.int32).reshape(-1, 3)
     indices = reader.array(mesh, "primvars:skel:jointIndices", (count * INFLUENCES,)).astype(np.int64)
     for name, index, size in (("faceVertexIndices", faces, count), ("primvars:skel:jointIndices", indices, LINK_COUNT)):
         if not ((index >= 0) & (index < size)).all():
@@ -104,7 +108,7 @@ def read_skin(reader: StageReader, root: str) -> HandSkin | None:
         faces=faces,
         weights=weights / weights.sum(axis=1, keepdims=True),
         colours=reader.array(mesh, "primvars:displayColor", (count, 3)),
-        link_origin=np.array([Gf.Matrix4d(m).ExtractTranslation() for m in reader.value(skeleton, "bindTransforms")]),
+        link_origin=np.array([each.ExtractTranslation() for each in transforms]),
     )
 
 

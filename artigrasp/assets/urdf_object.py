@@ -21,6 +21,7 @@ from artigrasp.assets.imported_object import (
 from artigrasp.assets.mass import Body, join_bodies
 from artigrasp.assets.object_model import Array, Mesh
 from artigrasp.assets.urdf import Urdf, read_urdf
+from artigrasp.files import check_inside
 
 _ROUND_SECTIONS = 24
 """Sides of a cylinder."""
@@ -40,22 +41,30 @@ class _Joint:
         return self.element.get("name", "")
 
 
-def read_urdf_object(path: Path) -> ImportedObject:
+def read_urdf_object(path: Path, root: Path | None = None) -> ImportedObject:
     """Read an object.
 
+    Args:
+        path: The file.
+        root: Folder that holds all its meshes, by default its own.
+
     Raises:
-        UserError: the file is malformed, or it is no object of two parts on one hinge; says what was found.
+        UserError: the file is malformed, refers to meshes outside the folder, or it is no object of two parts on one
+            hinge; says what was found.
     """
+    root = path.parent if root is None else root
     urdf = read_urdf(path)
     joints = [_read_joint(urdf, element) for element in urdf.root.findall("joint")]
     hinge = _find_hinge(urdf, joints)
     limit = urdf.child(hinge.element, "limit")
     closed, sign = closed_angle(urdf.number(limit, "lower"), urdf.number(limit, "upper"))
+    if not urdf.number(limit, "lower") < urdf.number(limit, "upper"):
+        raise urdf.error(f"joint {hinge.name} limit", "expected a lower limit below the upper one")
     axis = _axis(urdf, hinge.element)
     poses = _link_poses(urdf, joints, hinge, axis, closed)
     below = _links_below(joints, hinge.child)
     base, articulated = (
-        _read_part(urdf, {name: pose for name, pose in poses.items() if (name in below) == is_below})
+        _read_part(urdf, root, {name: pose for name, pose in poses.items() if (name in below) == is_below})
         for is_below in (False, True)
     )
     at_hinge = poses[hinge.parent] * _pose(urdf, hinge.element)
@@ -115,6 +124,8 @@ def _link_poses(
         for joint in waiting:
             turn = revolute_pose(np.zeros(3), axis, angle if joint is hinge else 0.0)
             poses[joint.child] = poses[joint.parent] * _pose(urdf, joint.element) * turn
+    if apart := [name for name in names if name not in poses]:
+        raise urdf.error(f"link {apart[0]}", f"expected joints that lead to it from {roots[0]}, found none")
     return poses
 
 
@@ -129,15 +140,15 @@ def _pose(urdf: Urdf, element: ElementTree.Element) -> RigidTransform:
     return RigidTransform.from_components(*urdf.origin(element))
 
 
-def _read_part(urdf: Urdf, poses: dict[str, RigidTransform]) -> ImportedPart:
+def _read_part(urdf: Urdf, root: Path, poses: dict[str, RigidTransform]) -> ImportedPart:
     shown: list[tuple[Mesh, Colour | None]] = []
     solid: list[Mesh] = []
     bodies: list[Body | None] = []
     for name, pose in poses.items():
         link = urdf.link(name)
         visuals, collisions = link.findall("visual"), link.findall("collision")
-        shown += [(_read_geometry(urdf, each, pose), _colour(urdf, each)) for each in visuals or collisions]
-        solid += [_read_geometry(urdf, each, pose) for each in collisions or visuals]
+        shown += [(_read_geometry(urdf, root, each, pose), _colour(urdf, each)) for each in visuals or collisions]
+        solid += [_read_geometry(urdf, root, each, pose) for each in collisions or visuals]
         if link.find("inertial") is not None:
             bodies.append(moved_body(Body(*urdf.mass(link)), pose))
         elif visuals or collisions:
@@ -148,23 +159,34 @@ def _read_part(urdf: Urdf, poses: dict[str, RigidTransform]) -> ImportedPart:
     return ImportedPart(tuple(shown), tuple(solid), join_bodies(known) if known and len(known) == len(bodies) else None)
 
 
-def _read_geometry(urdf: Urdf, element: ElementTree.Element, link_pose: RigidTransform) -> Mesh:
+def _read_geometry(urdf: Urdf, root: Path, element: ElementTree.Element, link_pose: RigidTransform) -> Mesh:
     geometry = urdf.child(element, "geometry")
     shape = next(iter(geometry), None)
     kind = "nothing" if shape is None else shape.tag
     if shape is not None and kind == "mesh":
         scale = urdf.numbers(shape, "scale", 3) if shape.get("scale") else np.ones(3)
-        mesh = load_mesh(_mesh_path(urdf, shape.get("filename", "")), scale)
+        if not scale.all():
+            raise urdf.error("mesh scale", f"expected no zeros, found {shape.get('scale')!r}")
+        file = _mesh_path(urdf, shape.get("filename", ""))
+        check_inside(file, root, urdf.path)
+        mesh = load_mesh(file, scale)
     elif shape is not None and kind == "box":
-        mesh = _mesh(trimesh.creation.box(urdf.numbers(shape, "size", 3)))
+        mesh = _mesh(trimesh.creation.box(_sizes(urdf, shape, "size", 3)))
     elif shape is not None and kind == "cylinder":
-        radius, length = urdf.number(shape, "radius"), urdf.number(shape, "length")
+        (radius,), (length,) = (_sizes(urdf, shape, name, 1) for name in ("radius", "length"))
         mesh = _mesh(trimesh.creation.cylinder(radius, length, sections=_ROUND_SECTIONS))
     elif shape is not None and kind == "sphere":
-        mesh = _mesh(trimesh.creation.icosphere(2, urdf.number(shape, "radius")))
+        mesh = _mesh(trimesh.creation.icosphere(2, _sizes(urdf, shape, "radius", 1)[0]))
     else:
         raise urdf.error("geometry", f"expected a mesh, box, cylinder or sphere, found {kind}")
     return moved(mesh, link_pose * _pose(urdf, element))
+
+
+def _sizes(urdf: Urdf, shape: ElementTree.Element, attribute: str, count: int) -> Array:
+    sizes = urdf.numbers(shape, attribute, count)
+    if not (sizes > 0).all():
+        raise urdf.error(f"{shape.tag} {attribute}", f"expected positive sizes, found {shape.get(attribute)!r}")
+    return sizes
 
 
 def _mesh(solid: trimesh.Trimesh) -> Mesh:

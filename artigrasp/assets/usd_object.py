@@ -22,13 +22,21 @@ _UPRIGHT = {UsdGeom.Tokens.z: Rotation.identity(), UsdGeom.Tokens.y: Rotation.fr
 """From a stage's axes to ours, of which Z is up."""
 
 
-def read_usd_object(path: Path) -> ImportedObject:
+def read_usd_object(path: Path, root: Path | None = None) -> ImportedObject:
     """Read an object; masses are not taken over, but made of the shapes.
 
+    Args:
+        path: The file.
+        root: Folder that holds everything that it may refer to, by default its own.
+
     Raises:
-        UserError: it is no USD, or no object of two bodies on one hinge; says what was found.
+        UserError: it is no USD, refers to files outside the folder, or is no object of two bodies on one hinge; says
+            what was found.
     """
-    stage = open_stage(path)
+    stage = open_stage(path, root)
+    unit, up = UsdGeom.GetStageMetersPerUnit(stage), UsdGeom.GetStageUpAxis(stage)
+    if up not in _UPRIGHT or not 0 < unit < np.inf:
+        raise UserError(f"{path}: expected y or z up, and a positive unit of length, found {up} and {unit} m")
     hinges = [prim for prim in stage.Traverse() if prim.IsA(UsdPhysics.RevoluteJoint)]
     if len(hinges) != 1:
         found = ", ".join(str(prim.GetPath()) for prim in hinges) or "none"
@@ -43,10 +51,12 @@ def read_usd_object(path: Path) -> ImportedObject:
         )
     lower, upper = np.radians(limits)
     closed, sign = closed_angle(lower, upper)
-    axis: Array = np.eye(3)["XYZ".index(hinge.GetAxisAttr().Get() or "X")]
-    unit, upright = UsdGeom.GetStageMetersPerUnit(stage), _UPRIGHT[UsdGeom.GetStageUpAxis(stage)]
+    name = hinge.GetAxisAttr().Get() or "X"
+    if name not in tuple("XYZ"):
+        raise UserError(f"{path}: {hinges[0].GetPath()}.physics:axis: expected X, Y or Z, found {name}")
+    axis: Array = np.eye(3)["XYZ".index(name)]
     # How the base stands in the stage, which says what is up; its place does not matter.
-    standing = upright * _world_pose(bodies[0]).rotation
+    standing = _UPRIGHT[up] * _world_pose(bodies[0]).rotation
     to_base = RigidTransform.from_rotation(standing)
     from_articulated = frames[0] * revolute_pose(np.zeros(3), axis, closed) * frames[1].inv()
     poses = to_base, to_base * _scaled(from_articulated, unit)
@@ -75,17 +85,25 @@ def _joint_frame(joint: UsdPhysics.RevoluteJoint, end: int) -> RigidTransform:
     """The joint's frame in one of its bodies, in units of the stage."""
     position = (joint.GetLocalPos0Attr() if end == 0 else joint.GetLocalPos1Attr()).Get() or Gf.Vec3f(0)
     turn = (joint.GetLocalRot0Attr() if end == 0 else joint.GetLocalRot1Attr()).Get() or Gf.Quatf(1)
-    return RigidTransform.from_components(
-        np.array(position, float), Rotation.from_quat([*turn.GetImaginary(), turn.GetReal()])
-    )
+    return _rigid(position, turn, joint.GetPrim())
 
 
 def _world_pose(prim: Usd.Prim) -> RigidTransform:
     matrix = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.Default()).RemoveScaleShear()
-    turn = matrix.ExtractRotationQuat()
-    return RigidTransform.from_components(
-        np.array(matrix.ExtractTranslation()), Rotation.from_quat([*turn.GetImaginary(), turn.GetReal()])
-    )
+    return _rigid(matrix.ExtractTranslation(), matrix.ExtractRotationQuat(), prim)
+
+
+def _rigid(position: Gf.Vec3f | Gf.Vec3d, turn: Gf.Quatf | Gf.Quatd, prim: Usd.Prim) -> RigidTransform:
+    """Position and orientation of a prim.
+
+    Raises:
+        UserError: They are none.
+    """
+    numbers = np.array([*position, *turn.GetImaginary(), turn.GetReal()], float)
+    if not np.isfinite(numbers).all() or not np.linalg.norm(numbers[3:]) > 1e-6:
+        place = f"{prim.GetStage().GetRootLayer().identifier}: {prim.GetPath()}"
+        raise UserError(f"{place}: expected a position and an orientation, found {position} and {turn}")
+    return RigidTransform.from_components(numbers[:3], Rotation.from_quat(numbers[3:]))
 
 
 def _scaled(pose: RigidTransform, unit: float) -> RigidTransform:
@@ -114,11 +132,13 @@ def _read_part(body: Usd.Prim, pose: RigidTransform, unit: float, path: Path) ->
 def _read_mesh(prim: Usd.Prim, path: Path) -> Mesh:
     """A mesh in the world, in units of the stage; its faces cut into triangles."""
     mesh = UsdGeom.Mesh(prim)
-    points, counts = np.array(mesh.GetPointsAttr().Get(), float), np.array(mesh.GetFaceVertexCountsAttr().Get())
-    corners = np.array(mesh.GetFaceVertexIndicesAttr().Get())
+    points = np.array(mesh.GetPointsAttr().Get() or np.zeros((0, 3)), float)
+    counts = np.array(mesh.GetFaceVertexCountsAttr().Get() or (), int)
+    corners = np.array(mesh.GetFaceVertexIndicesAttr().Get() or (), int)
     if (
-        points.ndim != 2
-        or not len(points)
+        not np.isfinite(points).all()
+        or not len(counts)
+        or counts.min() < 3
         or counts.sum() != len(corners)
         or not 0 <= corners.min() <= corners.max() < len(points)
     ):

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdPhysics, UsdUtils
+from pxr import Ar, Gf, Sdf, Tf, Usd, UsdGeom, UsdPhysics, UsdUtils
 from scipy.spatial.transform import Rotation
 
 from artigrasp.errors import UserError
-from artigrasp.files import atomic_write, check_format
+from artigrasp.files import atomic_write, check_format, check_inside
 
 Array = NDArray[np.float64]
 
@@ -127,6 +127,8 @@ class StageReader:
     def rotation(self, prim: Usd.Prim, name: str) -> Rotation:
         """A quaternion attribute as a rotation."""
         value = self.value(prim, name)
+        if not isinstance(value, Gf.Quatf | Gf.Quatd | Gf.Quath):
+            raise self.error(f"{prim.GetPath()}.{name}", f"expected a quaternion, found {value}")
         quaternion = np.array([*value.GetImaginary(), value.GetReal()])
         if not abs(np.linalg.norm(quaternion) - 1) < 1e-3:
             raise self.error(f"{prim.GetPath()}.{name}", f"expected a unit quaternion, found {value}")
@@ -141,12 +143,17 @@ class StageReader:
         return self.number(prim, "physics:mass"), self.array(prim, "physics:centerOfMass", (3,)), inertia
 
 
-def open_stage(path: Path) -> Usd.Stage:
-    """Open a USD file.
+def open_stage(path: Path, root: Path | None = None) -> Usd.Stage:
+    """Open a USD file, and with it the files that it is composed of.
+
+    Args:
+        path: The file.
+        root: Folder that holds everything that it may be composed of, by default its own.
 
     Raises:
-        UserError: there is no such file, or it is not USD.
+        UserError: there is no such file, it is not USD, or it refers to others outside the folder.
     """
+    root = path.parent if root is None else root
     if not path.is_file():
         raise UserError(f"{path}: expected a USD file, found {'a folder' if path.is_dir() else 'nothing'}")
     try:
@@ -155,13 +162,48 @@ def open_stage(path: Path) -> Usd.Stage:
             if layer is not None:
                 # A file that changed since it was last opened in this process.
                 layer.Reload()
+                _check_references(layer, path, root)
             stage = Usd.Stage.Open(layer) if layer is not None else None
-    except Tf.ErrorException as error:
-        reason = " ".join(str(error).split("'")[1::2][:1]) or "not USD"
-        raise UserError(f"{path}: cannot read this as USD: {reason}") from None
+    except (Tf.ErrorException, UnicodeDecodeError) as error:
+        raise UserError(f"{path}: cannot read this as USD: {_reason(error)}") from None
     if stage is None:
         raise UserError(f"{path}: cannot read this as USD")
+    for layer in stage.GetUsedLayers():
+        if not layer.anonymous:
+            _check_file(layer.identifier, path, root)
     return stage
+
+
+def _reason(error: Exception) -> str:
+    """What USD says, on one line; a file that is no text lets it fail even to say something."""
+    try:
+        words = str(error).split("'")[1::2][:1]
+    except UnicodeDecodeError:
+        words = []
+    return " ".join(" ".join(words).split()) or "not USD"
+
+
+def _check_references(layer: Sdf.Layer, path: Path, root: Path) -> None:
+    """Refuse references of a layer and of those that it refers to, before a stage follows them."""
+    waiting, seen = [layer], {layer.identifier}
+    while waiting:
+        layer = waiting.pop()
+        for reference in layer.GetCompositionAssetDependencies():
+            if reference.startswith("`"):
+                raise UserError(f"{path}: expected references by name, found the expression {reference}")
+            identifier = layer.ComputeAbsolutePath(reference)
+            _check_file(identifier, path, root)
+            if identifier not in seen and (found := Sdf.Layer.FindOrOpen(identifier)) is not None:
+                waiting.append(found)
+            seen.add(identifier)
+
+
+def _check_file(identifier: str, path: Path, root: Path) -> None:
+    """Refuse a layer outside the folder; one in a package lies where the package does."""
+    file = Sdf.Layer.SplitIdentifier(identifier)[0]
+    while Ar.IsPackageRelativePath(file):
+        file = Ar.SplitPackageRelativePathOuter(file)[0]
+    check_inside(file, root, path)
 
 
 @contextlib.contextmanager

@@ -24,6 +24,11 @@ def forget_peak() -> None:
         _CLEAR_REFS.write_text("5", encoding="ascii")
 
 
+def memory_mb() -> float:
+    """What the process holds now [MiB]; where the system does not tell, the most that it ever held."""
+    return _process_memory_mb("VmRSS:")
+
+
 def peak_memory_mb(device: str) -> float:
     """Most memory held since :func:`forget_peak` [MiB]: the process's for the CPU, else what is in use of the GPU.
 
@@ -32,9 +37,14 @@ def peak_memory_mb(device: str) -> float:
     if torch.device(device).type == "cuda":
         free, total = torch.cuda.mem_get_info(torch.device(device))
         return float(total - free) / 2**20
+    return _process_memory_mb("VmHWM:")
+
+
+def _process_memory_mb(entry: str) -> float:
+    """An entry of what Linux tells of the process, elsewhere the most that it ever held."""
     if sys.platform == "linux":
         for line in _STATUS.read_text(encoding="ascii").splitlines():
-            if line.startswith("VmHWM:"):
+            if line.startswith(entry):
                 return int(line.split()[1]) / 2**10
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return peak / 2**20 if sys.platform == "darwin" else peak / 2**10

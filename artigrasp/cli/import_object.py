@@ -28,6 +28,8 @@ class Options:
     """What to call it: lower-case letters, digits and hyphens; by default as the file."""
     out: Path | None = None
     """File to write; by default where objects are looked for first, so that its name is known from then on."""
+    root: Path | None = None
+    """Folder that holds everything that the file refers to; by default its own, and nothing outside it is read."""
     density: float = 500.0
     """Of parts whose mass the file does not give [kg/m³]: 500 is wood, 1000 plastic or water."""
     json: bool = False
@@ -58,7 +60,8 @@ def run(options: Options) -> int:
     check_target(path)
     read = read_urdf_object if options.file.suffix.lower() == ".urdf" else read_usd_object
     with progress_bar("Importing", hidden=options.json) as progress:
-        write_object(make_imported(read(options.file), name, path, density=options.density, progress=progress))
+        source = read(options.file, options.root)
+        write_object(make_imported(source, name, path, density=options.density, progress=progress))
     report = check_asset(path)
     if options.json:
         findings = [asdict(finding) for finding in report.findings]

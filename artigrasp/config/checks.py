@@ -1,8 +1,14 @@
 """Range checks that the config classes make of their own fields."""
 
+import reprlib
 from typing import Any
 
 from artigrasp.errors import UserError
+
+_SHORT = reprlib.Repr()
+_SHORT.maxdict = _SHORT.maxlist = _SHORT.maxtuple = 8
+_SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxlong, _SHORT.maxother = 4, 200, 40, 200
+"""Shows what was found, but not all of it: some kilobytes of YAML can name the same list a billion times."""
 
 
 class FieldError(UserError):
@@ -21,7 +27,7 @@ class FieldError(UserError):
     @classmethod
     def mismatch(cls, field: str, expected: str, found: object) -> "FieldError":
         """The error for a value that is not what was expected."""
-        return cls(field, f"expected {expected}, found {found!r}")
+        return cls(field, f"expected {expected}, found {_SHORT.repr(found)}")
 
 
 def require_positive(config: Any, *fields: str) -> None:

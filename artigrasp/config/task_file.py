@@ -5,8 +5,7 @@ from pathlib import Path
 
 from artigrasp.config.parse import from_dict, to_dict
 from artigrasp.config.task import TaskConfig
-from artigrasp.errors import UserError
-from artigrasp.files import atomic_write, check_format
+from artigrasp.files import atomic_write, read_json
 
 FORMAT = "artigrasp.task"
 VERSION = 1
@@ -30,13 +29,4 @@ def read_task(path: Path) -> TaskConfig:
         UserError: The file is missing, is no JSON, is of another format or a newer version, or holds a key or a
             value that no task has.
     """
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UserError(f"{path}: cannot read this file: {error.strerror}") from error
-    except ValueError as error:
-        raise UserError(f"{path}: expected JSON, found something else: {error}") from error
-    if not isinstance(content, dict):
-        raise UserError(f"{path}: expected a table of keys and values, found {type(content).__name__}")
-    check_format(content.pop("format", None), content.pop("version", None), FORMAT, VERSION, path)
-    return from_dict(TaskConfig, content, source=str(path))
+    return from_dict(TaskConfig, read_json(path, FORMAT, VERSION, "a task"), source=str(path))

@@ -1,7 +1,5 @@
 """Comparing two evaluations trial by trial."""
 
-import csv
-import json
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,7 +14,7 @@ from artigrasp.evaluation.experiment import CRITERIA, Experiment, group_numbers
 from artigrasp.evaluation.protocols import EXPERIMENTS
 from artigrasp.evaluation.report import METRICS_FORMAT, METRICS_VERSION, format_estimate, markdown_table
 from artigrasp.evaluation.statistics import Estimate, estimate_mean
-from artigrasp.files import check_format
+from artigrasp.files import read_csv, read_json
 
 _REFERENCE = ("object", "reference", "source")
 """What names a trial besides its targets."""
@@ -88,17 +86,8 @@ def load_run(folder: Path) -> Run:
         UserError: They are missing, malformed or from a newer version.
     """
     path = folder / "metrics.json"
-    try:
-        metrics = json.loads(path.read_text(encoding="utf-8"))
-        with (folder / "trials.csv").open(newline="", encoding="utf-8") as file:
-            rows = list(csv.DictReader(file))
-    except OSError as error:
-        raise UserError(f"{error.filename}: expected a file of an evaluation, found none to read") from error
-    except ValueError as error:
-        raise UserError(f"{path}: expected JSON, found something else: {error}") from error
-    if not isinstance(metrics, dict):
-        raise UserError(f"{path}: expected a table of keys and values, found {type(metrics).__name__}")
-    check_format(metrics.get("format"), metrics.get("version"), METRICS_FORMAT, METRICS_VERSION, path)
+    metrics = read_json(path, METRICS_FORMAT, METRICS_VERSION, "a file of an evaluation")
+    rows = read_csv(folder / "trials.csv", "a file of an evaluation")
     if missing := [name for name in ("experiment", "targets", "rollouts", "controller") if name not in metrics]:
         raise UserError(f"{path}: {missing[0]}: expected a value, found none: an older version wrote this evaluation")
     if metrics["experiment"] not in EXPERIMENTS:

@@ -22,7 +22,7 @@ from artigrasp.controllers.search import FoundOffsets, SearchController
 from artigrasp.controllers.skills import with_skills
 from artigrasp.environment.tables import PHASE_LIMITS
 from artigrasp.errors import UserError
-from artigrasp.evaluation.experiment import Experiment, O, Trials
+from artigrasp.evaluation.experiment import Experiment, O, Outcomes, Trials
 from artigrasp.references.reference import ReferenceSet
 
 CHUNK_FORMAT, CHUNK_VERSION = "artigrasp.evaluation-chunk", 1
@@ -161,7 +161,7 @@ def evaluate(
         if path is not None and index not in measured:
             while not path.is_file():
                 time.sleep(_POLL_SECONDS)
-            measured[index] = load_arrays(path, CHUNK_FORMAT, CHUNK_VERSION)
+            measured[index] = load_chunk(path, experiment.outcomes, chunks[index].stop - chunks[index].start)
     results = [measured[index] for index in range(len(chunks))]
     joined = {name: np.concatenate([each[name] for each in results]) for name in results[0]}
     found = {name.removeprefix(_FOUND): joined.pop(name) for name in list(joined) if name.startswith(_FOUND)}
@@ -180,6 +180,33 @@ def evaluate(
         outcomes=experiment.outcomes(**joined),
         found=FoundOffsets(**found) if found else None,
     )
+
+
+def load_chunk(path: Path, outcomes: type[Outcomes], trial_count: int) -> dict[str, NDArray[Any]]:
+    """Read what was measured in a part of an evaluation's trials.
+
+    Args:
+        path: The file.
+        outcomes: What is measured of each trial.
+        trial_count: Number of its trials.
+
+    Returns:
+        The columns of the outcomes, the time that they took and, by names that say so, what a search found.
+
+    Raises:
+        UserError: The file is damaged or of a newer version.
+    """
+    arrays = load_arrays(path, CHUNK_FORMAT, CHUNK_VERSION)
+    columns = {field.name: field.type for field in dataclasses.fields(outcomes)}
+    for name in sorted({*columns, "wall_time", *arrays}):
+        if name not in arrays or not (name in columns or name == "wall_time" or name.startswith(_FOUND)):
+            found = "none" if name not in arrays else "one"
+            raise UserError(f"{path}: {name}: expected {'an' if found == 'none' else 'no such'} array, found {found}")
+        rows, kinds = (1 if name == "wall_time" else trial_count), "U" if "str_" in str(columns.get(name)) else "biuf"
+        if arrays[name].shape[:1] != (rows,) or arrays[name].dtype.kind not in kinds:
+            expected = f"{rows} {'texts' if kinds == 'U' else 'numbers'}"
+            raise UserError(f"{path}: {name}: expected {expected}, found {arrays[name].dtype} {arrays[name].shape}")
+    return arrays
 
 
 def protocol_settings(

@@ -1,6 +1,5 @@
 """Measuring a policy while it is trained: as it will act, without exploration, on the same few trials every time."""
 
-import csv
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -12,13 +11,12 @@ import numpy as np
 from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.controller import PolicyController
 from artigrasp.controllers.policy_file import PolicyFile
-from artigrasp.errors import UserError
 from artigrasp.evaluation.articulation import ARTICULATION
 from artigrasp.evaluation.evaluate import evaluate
 from artigrasp.evaluation.experiment import Experiment
 from artigrasp.evaluation.grasping import GRASPING
-from artigrasp.files import atomic_write
 from artigrasp.references.reference import load_references
+from artigrasp.training.learning_curve import read_points, write_points
 
 EVALUATIONS_FILE = "evaluations.csv"
 
@@ -98,21 +96,9 @@ def read_evaluations(folder: Path) -> list[EvaluationPoint]:
     Raises:
         UserError: The file is malformed.
     """
-    path = folder / EVALUATIONS_FILE
-    if not path.is_file():
-        return []
-    types = {field.name: field.type for field in fields(EvaluationPoint)}
-    try:
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = list(csv.DictReader(file))
-        return [EvaluationPoint(**{name: types[name](text) for name, text in row.items()}) for row in rows]  # type: ignore[operator]
-    except (KeyError, TypeError, ValueError) as error:
-        raise UserError(f"{path}: expected numbers in the columns {', '.join(types)}: {error}") from error
+    return read_points(folder / EVALUATIONS_FILE, EvaluationPoint)
 
 
 def write_evaluations(folder: Path, points: Sequence[EvaluationPoint]) -> None:
     """Write the evaluations of a run."""
-    with atomic_write(folder / EVALUATIONS_FILE) as path, path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, [field.name for field in fields(EvaluationPoint)])
-        writer.writeheader()
-        writer.writerows(vars(point) for point in points)
+    write_points(folder / EVALUATIONS_FILE, points, EvaluationPoint)

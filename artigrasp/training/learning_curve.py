@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from artigrasp.errors import UserError
-from artigrasp.files import atomic_write
+from artigrasp.files import atomic_write, read_csv
 
 CURVE_FILE, CURVE_PLOT = "learning_curve.csv", "learning_curve.png"
 
@@ -51,24 +51,30 @@ def read_curve(folder: Path) -> list[CurvePoint]:
     Raises:
         UserError: The file is malformed.
     """
-    return read_points(folder / CURVE_FILE)
+    return read_points(folder / CURVE_FILE, CurvePoint)
 
 
-def read_points(path: Path) -> list[CurvePoint]:
-    """The points of a learning curve's file; columns that it lacks are no numbers.
+def read_points(path: Path, kind: type[P]) -> list[P]:
+    """The points of a curve's file, none where there is no file; columns that it lacks take their defaults.
 
     Raises:
         UserError: The file is malformed.
     """
     if not path.is_file():
         return []
-    with path.open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    types = {field.name: field.type for field in fields(CurvePoint)}
+    types = {field.name: field.type for field in fields(kind)}
     try:
-        return [CurvePoint(**{name: types[name](text) for name, text in row.items()}) for row in rows]  # type: ignore[operator]
+        return [kind(**{name: types[name](text) for name, text in row.items()}) for row in read_csv(path, "a curve")]
     except (KeyError, TypeError, ValueError) as error:
         raise UserError(f"{path}: expected numbers in the columns {', '.join(types)}: {error}") from error
+
+
+def write_points(path: Path, points: Sequence[P], kind: type[P]) -> None:
+    """Write the points of a curve."""
+    with atomic_write(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, [field.name for field in fields(kind)])
+        writer.writeheader()
+        writer.writerows(vars(point) for point in points)
 
 
 def join_stages(curves: Sequence[Sequence[P]]) -> list[P]:
@@ -85,10 +91,7 @@ def join_stages(curves: Sequence[Sequence[P]]) -> list[P]:
 
 def write_curve(folder: Path, points: Sequence[CurvePoint], title: str) -> None:
     """Write the learning curve of a run and its plot."""
-    with atomic_write(folder / CURVE_FILE) as path, path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, [field.name for field in fields(CurvePoint)])
-        writer.writeheader()
-        writer.writerows(vars(point) for point in points)
+    write_points(folder / CURVE_FILE, points, CurvePoint)
     minutes = points[-1].wall_time / 60 if points else 0.0
     plot_curves(folder / CURVE_PLOT, {"": [points]}, f"{title}: {minutes:.1f} min of training")
 

@@ -14,7 +14,7 @@ from typing import TypeVar
 
 from artigrasp.config import CurriculumConfig, SimulatorConfig, TaskConfig, from_dict, to_dict
 from artigrasp.errors import UserError
-from artigrasp.files import atomic_write, check_format, check_target
+from artigrasp.files import atomic_write, check_target, read_json
 
 if sys.platform != "win32":
     import fcntl
@@ -159,15 +159,7 @@ Description = TypeVar("Description", RunDescription, CurriculumDescription)
 
 
 def _read_description(kind: type[Description], path: Path, format: str, version: int) -> Description:
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UserError(f"{path}: expected the description of a run, found none: {error.strerror}") from error
-    except ValueError as error:
-        raise UserError(f"{path}: expected JSON, found something else: {error}") from error
-    if not isinstance(content, dict):
-        raise UserError(f"{path}: expected a table of keys and values, found {type(content).__name__}")
-    check_format(content.get("format"), content.get("version"), format, version, path)
+    content = read_json(path, format, version, "the description of a run")
     known = {field.name: content[field.name] for field in fields(kind) if field.name in content}
     return from_dict(kind, known, source=str(path))
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pxr import Gf, Usd, UsdGeom, UsdPhysics
+from pxr import Usd, UsdGeom
 
 from artigrasp.assets.check import check_asset
 from artigrasp.assets.imported_object import make_imported
@@ -15,31 +15,7 @@ from artigrasp.assets.object import ObjectModel, load_object, read_object, write
 from artigrasp.assets.urdf_object import read_urdf_object
 from artigrasp.assets.usd_object import read_usd_object
 from artigrasp.errors import UserError
-
-LINK = """<link name="{name}"><inertial><origin xyz="{com}"/><mass value="{mass}"/>
-<inertia ixx=".01" iyy=".01" izz=".01" ixy="0" ixz="0" iyz="0"/></inertial>
-<visual><origin xyz="{at}"/><geometry><box size="{size}"/></geometry></visual></link>"""
-HINGE = """<joint name="hinge" type="{type}"><parent link="case"/><child link="lid"/>
-<origin xyz="0 .1 .1" rpy="0 0 1.5707963267948966"/><axis xyz="{axis}"/>
-<limit lower="{lower}" upper="{upper}"/></joint>"""
-
-
-def urdf(
-    folder: Path,
-    *,
-    axis: str = "0 -2 0",
-    lower: float = 0.0,
-    upper: float = 2.0,
-    more: str = "",
-    type: str = "revolute",
-) -> Path:
-    """A case of 0.3 by 0.2 by 0.1 m under a lid, whose frame is at the hinge, above and behind, and turned by 90°."""
-    case = LINK.format(name="case", com="0 0 .04", mass=1.0, at="0 0 .05", size=".3 .2 .1")
-    lid = LINK.format(name="lid", com="-.1 0 0", mass=0.2, at="-.1 0 .005", size=".2 .3 .01")
-    path = folder / "case.urdf"
-    joint = HINGE.format(axis=axis, lower=lower, upper=upper, type=type)
-    path.write_text(f'<robot name="case">{case}{lid}{joint}{more}</robot>')
-    return path
+from tests.assets.foreign import HINGE, LINK, foreign_urdf, foreign_usd
 
 
 def imported(path: Path) -> ObjectModel:
@@ -54,7 +30,7 @@ def highest(model: ObjectModel, angle: float) -> float:
 
 def test_urdf_keeps_places_masses_and_the_way_it_opens(tmp_path: Path) -> None:
     """In the base's frame at angle 0, every number is the one that the links and the joint say."""
-    model = imported(urdf(tmp_path))
+    model = imported(foreign_urdf(tmp_path))
     np.testing.assert_allclose(model.hinge_origin, [0, 0.1, 0.1], atol=1e-9)
     np.testing.assert_allclose(model.hinge_axis, [1, 0, 0], atol=1e-9)
     np.testing.assert_allclose(np.ptp(model.parts[1].vertices, axis=0), [0.3, 0.2, 0.01], atol=1e-9)
@@ -69,9 +45,9 @@ def test_urdf_keeps_places_masses_and_the_way_it_opens(tmp_path: Path) -> None:
 def test_closed_is_the_limit_nearer_to_zero(tmp_path: Path) -> None:
     """A joint from -2 to 0 opens the other way; one from 0.5 is closed where it begins."""
     for axis, lower, upper in (("0 2 0", 0.0, 2.0), ("0 -2 0", -2.0, 0.0)):
-        model = imported(urdf(tmp_path, axis=axis, lower=lower, upper=upper))
+        model = imported(foreign_urdf(tmp_path, axis=axis, lower=lower, upper=upper))
         assert highest(model, 1.5) > highest(model, 0.0) + 0.15
-    turned = imported(urdf(tmp_path, axis="0 2 0", lower=0.5, upper=2.0))
+    turned = imported(foreign_urdf(tmp_path, axis="0 2 0", lower=0.5, upper=2.0))
     assert turned.hinge_upper == pytest.approx(1.5) and highest(turned, 0.0) == pytest.approx(
         0.1 + 0.2 * np.sin(0.5), abs=0.01
     )
@@ -81,7 +57,7 @@ def test_links_that_are_fixed_to_each_other_are_one_part(tmp_path: Path) -> None
     """A knob on the lid adds its mass, and its shape, to the lid's."""
     knob = LINK.format(name="knob", com="0 0 0", mass=0.1, at="0 0 .02", size=".02 .02 .02")
     joint = '<joint name="glue" type="fixed"><parent link="lid"/><child link="knob"/><origin xyz="-.18 0 0"/></joint>'
-    model = imported(urdf(tmp_path, more=knob + joint))
+    model = imported(foreign_urdf(tmp_path, more=knob + joint))
     assert model.parts[1].mass == pytest.approx(0.3) and len(model.parts[1].pieces) == 2
     np.testing.assert_allclose(model.parts[1].com, [0, 0.1 - (0.2 * 0.1 + 0.1 * 0.18) / 0.3, 0.1], atol=1e-9)
 
@@ -102,47 +78,18 @@ def test_links_that_are_fixed_to_each_other_are_one_part(tmp_path: Path) -> None
 def test_urdf_that_is_no_hinged_object(changes: dict[str, str], message: str, tmp_path: Path) -> None:
     """One line says what was expected and what was found."""
     with pytest.raises(UserError, match=message):
-        read_urdf_object(urdf(tmp_path, **changes))  # type: ignore[arg-type]
+        read_urdf_object(foreign_urdf(tmp_path, **changes))  # type: ignore[arg-type]
 
 
 def test_missing_mesh_is_named(tmp_path: Path) -> None:
     """A mesh that is not there, or is none, is named."""
-    path = urdf(tmp_path)
+    path = foreign_urdf(tmp_path)
     path.write_text(path.read_text().replace('<box size=".3 .2 .1"/>', '<mesh filename="package://case/body.obj"/>'))
     with pytest.raises(UserError, match=r"body\.obj: expected a mesh, found nothing"):
         read_urdf_object(path)
     (tmp_path / "body.obj").write_text("hello")
     with pytest.raises(UserError, match=r"body\.obj: cannot read this mesh"):
         read_urdf_object(path)
-
-
-def foreign_usd(path: Path, up: str, unit: float) -> None:
-    """A case with a lid, in units of a stage whose y or z axis is up, the closed lid at 30°."""
-    stage = Usd.Stage.CreateNew(str(path))
-    UsdGeom.SetStageUpAxis(stage, up)
-    UsdGeom.SetStageMetersPerUnit(stage, unit)
-    for name, size, middle in (("case", (0.3, 0.2, 0.1), (0, 0, 0.05)), ("lid", (0.3, 0.2, 0.01), (0, -0.1, 0.005))):
-        body = UsdGeom.Xform.Define(stage, f"/World/{name}")
-        UsdPhysics.RigidBodyAPI.Apply(body.GetPrim())
-        cube = UsdGeom.Mesh.Define(stage, f"/World/{name}/shape")
-        signs = np.array([(a, b, c) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)]) / 2
-        points = signs * size + middle
-        # With y up, what was at the back is now at the bottom: (x, y, z) becomes (x, z, -y).
-        points = points if up == "Z" else np.stack([points[:, 0], points[:, 2], -points[:, 1]], axis=1)
-        cube.CreatePointsAttr([Gf.Vec3f(*point) for point in (points / unit).tolist()])
-        quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-        cube.CreateFaceVertexCountsAttr([4] * 6)
-        cube.CreateFaceVertexIndicesAttr([corner for quad in quads for corner in quad])
-        UsdPhysics.CollisionAPI.Apply(cube.GetPrim())
-    joint = UsdPhysics.RevoluteJoint.Define(stage, "/World/joint")
-    joint.CreateBody0Rel().SetTargets(["/World/case"])
-    joint.CreateBody1Rel().SetTargets(["/World/lid"])
-    joint.CreateAxisAttr("X")
-    place = np.array([0, 0.1, 0.1]) if up == "Z" else np.array([0, 0.1, -0.1])
-    joint.CreateLocalPos0Attr(Gf.Vec3f(*(place / unit).tolist()))
-    joint.CreateLowerLimitAttr(-100.0)
-    joint.CreateUpperLimitAttr(0.0)
-    stage.Save()
 
 
 @pytest.mark.parametrize(("up", "unit"), [("Z", 1.0), ("Z", 0.01), ("Y", 0.01)])
@@ -187,3 +134,28 @@ def test_an_object_of_the_release_is_read_as_the_import_reads_it(tmp_path: Path)
         np.testing.assert_allclose(part.body.com, other.com, atol=1e-6)
     np.testing.assert_allclose(source.hinge_axis, known.hinge_axis, atol=1e-6)
     assert source.hinge_upper == pytest.approx(known.hinge_upper)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("int[] faceVertexIndices = ", "int[] nothing = ", "expected points and faces of them"),
+        ("[4, 4, 4, 4, 4, 4]", "[30, -2, -1, -1, -1, -1]", "expected points and faces of them"),
+        ("(-0.15, ", "(nan, ", "expected points and faces of them"),
+        ('upAxis = "Z"', 'upAxis = "X"', "expected y or z up, and a positive unit of length, found X"),
+        ("metersPerUnit = 1", "metersPerUnit = 0", "and a positive unit of length, found Z and 0.0 m"),
+        ('physics:axis = "X"', 'physics:axis = "W"', "axis: expected X, Y or Z, found W"),
+        ("physics:localPos0 = (0,", "physics:localPos0 = (inf,", "expected a position and an orientation, found"),
+        (", 0.1)", ", 0)", "part 1: expected a shape with a volume"),
+    ],
+)
+def test_usd_with_numbers_that_cannot_be(old: str, new: str, message: str, tmp_path: Path) -> None:
+    """One line says what is wrong, and where."""
+    path = tmp_path / "case.usda"
+    foreign_usd(path, "Z", 1.0)
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    with pytest.raises(UserError, match=message) as caught:
+        make_imported(read_usd_object(path), "case", tmp_path / "out.usda")
+    assert str(caught.value).startswith(str(path)) and "\n" not in str(caught.value)

@@ -116,5 +116,15 @@ def test_bad_task_files_are_named(tmp_path: Path, text: str, message: str) -> No
 
 def test_missing_task_file_is_named(tmp_path: Path) -> None:
     """A path to nothing is the user's mistake."""
-    with pytest.raises(UserError, match=r"nothing\.json: cannot read this file: No such file"):
+    with pytest.raises(UserError, match=r"nothing\.json: expected a task, found none to read: No such file"):
         read_task(tmp_path / "nothing.json")
+
+
+def test_errors_show_little_of_what_is_large() -> None:
+    """A list that names another nine times, nine deep, is some hundred bytes of YAML and gigabytes in words."""
+    value: list[object] = ["x"]
+    for _ in range(12):
+        value = [value] * 9
+    with pytest.raises(UserError, match="hands") as caught:
+        from_dict(TaskConfig, {"name": "task", "description": "", "hands": value})
+    assert len(str(caught.value)) < 10_000

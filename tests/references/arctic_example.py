@@ -137,6 +137,13 @@ def write_labelled_frames(path: Path) -> Path:
     return path
 
 
+def write_labelled_release(root: Path) -> Path:
+    """Write the release with its labelled frames in one file."""
+    write_release(root, labels=False)
+    write_labelled_frames(root / "labelled_frames.npz")
+    return root
+
+
 def write_download(root: Path, objects: tuple[str, ...] = ("box", "scissors"), parted: bool = True) -> Path:
     """The official download: templates in millimetres, as two meshes or as one with a file of parts, and recordings."""
     for name in objects:
