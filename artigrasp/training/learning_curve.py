@@ -64,7 +64,8 @@ def read_points(path: Path, kind: type[P]) -> list[P]:
         return []
     types = {field.name: field.type for field in fields(kind)}
     try:
-        return [kind(**{name: types[name](text) for name, text in row.items()}) for row in read_csv(path, "a curve")]
+        rows = read_csv(path, "a curve")
+        return [kind(**{name: types[name](text) for name, text in row.items()}) for row in rows]  # type: ignore[operator]
     except (KeyError, TypeError, ValueError) as error:
         raise UserError(f"{path}: expected numbers in the columns {', '.join(types)}: {error}") from error
 
