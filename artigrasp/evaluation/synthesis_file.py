@@ -47,7 +47,7 @@ class SynthesisFile:
         if not path.is_file():
             return
         references = read_references(path)
-        provenance = json.loads(references.provenance or "{}")
+        provenance = _read_provenance(references)
         if all(provenance.get(key) == value for key, value in {"made_by": MADE_BY, **self._settings}.items()):
             self._references, self.grips = references, provenance["grips"]
         elif not overwrite:
@@ -70,3 +70,13 @@ class SynthesisFile:
             return None
         rows = np.flatnonzero(np.isin(self._references.source, [each["source"] for each in records]))
         return self._references.select(indices=rows), records
+
+
+def _read_provenance(references: ReferenceSet) -> dict[str, Any]:
+    """Where references came from; nothing where it is not told as :meth:`SynthesisFile.add` does."""
+    try:
+        found = json.loads(references.provenance or "{}")
+        whole = all("source" in record for grip in found["grips"].values() for record in grip["references"])
+    except (AttributeError, KeyError, TypeError, ValueError, RecursionError):
+        return {}
+    return dict(found) if whole else {}
