@@ -27,7 +27,7 @@ from artigrasp.assets.urdf_object import read_urdf_object
 from artigrasp.assets.usd_object import read_usd_object
 from artigrasp.config import CurriculumConfig, SimulatorConfig, read_task, write_task
 from artigrasp.controllers.policy_file import load_policy, save_policy
-from artigrasp.controllers.search import FoundOffsets, with_offsets
+from artigrasp.controllers.search import with_offsets
 from artigrasp.errors import UserError
 from artigrasp.evaluation.articulation import ArticulationOutcomes
 from artigrasp.evaluation.comparison import compare, comparison_table, load_run
@@ -54,7 +54,7 @@ from artigrasp.training.run_folder import (
 )
 from tests.assets.foreign import foreign_urdf, foreign_usd
 from tests.controllers.examples import example_policy
-from tests.evaluation.examples import TASK, evaluation_of, outcomes_of
+from tests.evaluation.examples import TASK, evaluation_of, found_by_search, outcomes_of
 from tests.example_references import box_references
 from tests.fuzzing import damage, draw_file
 from tests.motion.example import example_motion
@@ -84,13 +84,7 @@ class Reader:
 
 def _search_report(folder: Path) -> None:
     """What an evaluation of a search leaves."""
-    random = np.random.default_rng(0)
-    found = FoundOffsets(
-        random.normal(size=(4, 1, 1, 14)).astype(np.float32),
-        np.array([8, 1, 8, 3]),
-        np.maximum.accumulate(random.random((4, 8)) > 0.7, axis=1),
-        random.random((4, 8)),
-    )
+    found = found_by_search()
     outcomes = outcomes_of(4, goal_angle=[0.5, 1.0])
     task = with_offsets(TASK)
     write_report([evaluation_of(outcomes, controller="search", rollout_count=8, found=found, task=task)], folder)

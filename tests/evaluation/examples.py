@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from artigrasp.config import TaskConfig
+from artigrasp.controllers.search import FoundOffsets
 from artigrasp.evaluation.articulation import ARTICULATION, ArticulationOutcomes
 from artigrasp.evaluation.evaluate import Evaluation
 from artigrasp.evaluation.experiment import Trials
@@ -39,6 +40,17 @@ def outcomes_of(count: int = 1, **columns: Any) -> ArticulationOutcomes:
         "max_tilt": 0.1,
     }
     return ArticulationOutcomes(**{name: np.resize(value, count) for name, value in (fields | columns).items()})
+
+
+def found_by_search() -> FoundOffsets:
+    """What a search with eight rollouts found in four trials of one hand."""
+    random = np.random.default_rng(0)
+    return FoundOffsets(
+        random.normal(size=(4, 1, 1, 14)).astype(np.float32),
+        np.array([8, 1, 8, 3]),
+        np.maximum.accumulate(random.random((4, 8)) > 0.7, axis=1),
+        random.random((4, 8)),
+    )
 
 
 def evaluation_of(outcomes: ArticulationOutcomes, **changes: Any) -> Evaluation[ArticulationOutcomes]:

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from artigrasp.arrays import load_arrays, save_arrays
-from artigrasp.controllers.search import FoundOffsets, with_offsets
+from artigrasp.controllers.search import with_offsets
 from artigrasp.errors import UserError
 from artigrasp.evaluation.demonstrations import FORMAT, VERSION, demonstrations_of, load_demonstrations
 from artigrasp.evaluation.report import write_report
-from tests.evaluation.examples import TASK, evaluation_of, outcomes_of
+from tests.evaluation.examples import TASK, evaluation_of, found_by_search, outcomes_of
 
 SEARCHED = with_offsets(TASK)
 
@@ -18,15 +18,8 @@ SEARCHED = with_offsets(TASK)
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
     """What an evaluation of a search with eight rollouts leaves for four trials."""
-    random = np.random.default_rng(0)
-    found = FoundOffsets(
-        random.normal(size=(4, 1, 1, 14)).astype(np.float32),
-        np.array([8, 1, 8, 3]),
-        np.maximum.accumulate(random.random((4, 8)) > 0.7, axis=1),
-        random.random((4, 8)),
-    )
     outcomes = outcomes_of(4, goal_angle=[0.5, 1.0])
-    evaluation = evaluation_of(outcomes, controller="search", rollout_count=8, found=found, task=SEARCHED)
+    evaluation = evaluation_of(outcomes, controller="search", rollout_count=8, found=found_by_search(), task=SEARCHED)
     write_report([evaluation], tmp_path)
     loaded = load_demonstrations(tmp_path / "demonstrations.npz")
     expected = demonstrations_of(evaluation)
