@@ -4,8 +4,8 @@
 
 Every reader of `tests/readers.py` gets so many inputs, damaged in the ways of `tests/fuzzing.py`, in a process of its
 own that may take 12 GiB. A crash is whatever is neither success nor a `UserError` of one line: any other exception, 30
-seconds for an input, a pickle that was run, or the end of the process. The inputs of crashes are kept in FOLDER. Prints
-a table, and fails if there was a crash.
+seconds of a processor for an input, a pickle that was run, or the end of the process. The inputs of crashes are kept in
+FOLDER. Prints a table, and fails if there was a crash.
 """
 
 import argparse
@@ -33,7 +33,7 @@ from tests.readers import READERS, Reader, damage_and_read
 MEMORY = 12 * 2**30
 """What a process may take [bytes]."""
 SECONDS = 30
-"""What reading one input may take [s]."""
+"""Processor time that reading one input may take [s]."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def fuzz(reader: Reader, inputs: int, number: int, keep: Path) -> Result:
         def one(data: st.DataObject) -> None:
             nonlocal slowest
             folder, began = Path(tempfile.mkdtemp(dir=name)), time.process_time()
-            signal.alarm(SECONDS)
+            signal.setitimer(signal.ITIMER_PROF, SECONDS)
             try:
                 _, refusal = damage_and_read(data, reader, whole, folder)
                 counts["read" if refusal is None else "refused"] += 1
@@ -86,7 +86,7 @@ def fuzz(reader: Reader, inputs: int, number: int, keep: Path) -> Result:
                 if crashes[crash] == 1:
                     shutil.copytree(folder, keep / f"{reader.name} {len(crashes)}", dirs_exist_ok=True)
             finally:
-                signal.alarm(0)
+                signal.setitimer(signal.ITIMER_PROF, 0)
                 slowest = max(slowest, time.process_time() - began)
                 shutil.rmtree(folder)
 
@@ -138,7 +138,7 @@ def main() -> None:
     options = parser.parse_args()
     if options.here:
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-        signal.signal(signal.SIGALRM, _too_long)
+        signal.signal(signal.SIGPROF, _too_long)
         for name in options.readers:
             inputs = options.slow_inputs if by_name[name].slow else options.inputs
             print(json.dumps(asdict(fuzz(by_name[name], inputs, options.seed, options.keep))), flush=True)

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom, UsdPhysics
+from pxr import Gf, Usd, UsdGeom, UsdPhysics, Vt
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from artigrasp.assets.imported_object import (
@@ -132,9 +132,11 @@ def _read_part(body: Usd.Prim, pose: RigidTransform, unit: float, path: Path) ->
 def _read_mesh(prim: Usd.Prim, path: Path) -> Mesh:
     """A mesh in the world, in units of the stage; its faces cut into triangles."""
     mesh = UsdGeom.Mesh(prim)
-    points = np.array(mesh.GetPointsAttr().Get() or np.zeros((0, 3)), float)
-    counts = np.array(mesh.GetFaceVertexCountsAttr().Get() or (), int)
-    corners = np.array(mesh.GetFaceVertexIndicesAttr().Get() or (), int)
+    attributes = mesh.GetPointsAttr(), mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr()
+    values, kinds = [attribute.Get() for attribute in attributes], (Vt.Vec3fArray, Vt.IntArray, Vt.IntArray)
+    if not all(isinstance(value, kind) for value, kind in zip(values, kinds, strict=True)):
+        raise UserError(f"{path}: {prim.GetPath()}: expected points and faces of them")
+    points, counts, corners = np.array(values[0], float), np.array(values[1], int), np.array(values[2], int)
     if (
         not np.isfinite(points).all()
         or not len(counts)

@@ -140,6 +140,7 @@ def test_an_object_of_the_release_is_read_as_the_import_reads_it(tmp_path: Path)
     ("old", "new", "message"),
     [
         ("int[] faceVertexIndices = ", "int[] nothing = ", "expected points and faces of them"),
+        ("point3f[] points = ", "double points = 1 # ", "expected points and faces of them"),
         ("[4, 4, 4, 4, 4, 4]", "[30, -2, -1, -1, -1, -1]", "expected points and faces of them"),
         ("(-0.15, ", "(nan, ", "expected points and faces of them"),
         ('upAxis = "Z"', 'upAxis = "X"', "expected y or z up, and a positive unit of length, found X"),
