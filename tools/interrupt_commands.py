@@ -20,6 +20,7 @@ import json
 import os
 import random
 import shutil
+import signal
 import sys
 import tempfile
 import time
@@ -47,6 +48,8 @@ PRELOADED = (
     "artigrasp.training.train",
 )
 """Modules that commands find imported."""
+ITERATIONS = 15
+"""Of a training, within which it is killed: one takes less than starting does."""
 POLL_SECONDS = 0.002
 """Between two looks at a command."""
 
@@ -157,6 +160,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     set_forkserver_preload(list(PRELOADED))
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # which shells let what they put in the background ignore
     results = {}
     with tempfile.TemporaryDirectory() as name:
         for verb in options.verbs:
@@ -201,10 +205,10 @@ def interrupt(verb: str, root: Path, kills: int, chance: random.Random) -> dict[
 
 
 def uninterrupted(verb: str, folder: Path) -> tuple[Any, float]:
-    """What the verb makes when nobody kills it, and its processor time [s]; of a training that of two iterations."""
+    """What the verb makes when nobody kills it, and its processor time [s]; of a training that of some iterations."""
     case = make(verb, folder)
     process, seconds = run(case.words()), 0.0
-    while process.exitcode is None and not (verb == "train" and case.progress() > 1):
+    while process.exitcode is None and not (verb == "train" and case.progress() >= ITERATIONS):
         seconds = processor_time(process) or seconds
         time.sleep(0.1)
     if verb == "train":
