@@ -43,7 +43,8 @@ class Options:
     task: Annotated[str, tyro.conf.Positional]
     """Task or curriculum, see `artigrasp list tasks`."""
     objects: tuple[str, ...] | None = None
-    """Objects to train on, see `artigrasp list objects`; by default those of the curriculum, else lidded-box."""
+    """Objects to train on, see `artigrasp list objects`; by default those of the curriculum, else lidded-box. One that
+    is named twice gets twice as many worlds."""
     split: str | None = None
     """Split whose references are played; by default train."""
     iterations: tuple[int, ...] | None = None

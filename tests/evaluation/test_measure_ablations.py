@@ -1,0 +1,50 @@
+"""Tasks side by side, with several seeds each."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from artigrasp.evaluation.comparison import Run
+from tools.measure_ablations import Measured, gather, plot, table
+
+
+def run(folder: Path, successes: list[bool]) -> Run:
+    """An evaluation of one trial for each reference of a box."""
+    trials = {
+        ("box", str(index), "", "0"): {"success_paper": str(success), "angle_error": str(1.0 - success)}
+        for index, success in enumerate(successes)
+    }
+    return Run(folder, {}, trials)
+
+
+def measured(tmp_path: Path, task: str, seeds: list[list[bool]]) -> Measured:
+    """What a tool that has trained and evaluated these seeds knows."""
+    folders = [tmp_path / f"{task}{seed}" for seed in range(len(seeds))]
+    for seed, folder in enumerate(folders):
+        folder.mkdir()
+        (folder / "done").write_text(json.dumps({"cpu_time": 60.0 * (seed + 1)}))
+    runs = [run(folder, each) for folder, each in zip(folders, seeds, strict=True)]
+    return gather(task, folders, runs, range(len(seeds)))
+
+
+def test_seeds_are_paired_and_references_counted(tmp_path: Path) -> None:
+    """A task is compared with the seeds that it shares with the first, and trials of a reference count as one."""
+    whole = measured(tmp_path, "whole", [[True, True, True, False]] * 3)
+    part = measured(tmp_path, "part", [[True, False, False, False], [True, True, False, False]])
+    assert whole.rate().value == 0.75 and whole.rate().trials == 12
+    once = measured(tmp_path, "once", [[True, True, True, False]]).rate()
+    assert (whole.rate().low, whole.rate().high) == pytest.approx((once.low, once.high)), "seeds add no references"
+    assert part.gain(whole).value == pytest.approx(-3 / 8) and part.gain(whole).trials == 8
+    np.testing.assert_array_equal(part.angle_error, 1.0 - part.success)
+
+
+def test_the_table_says_what_each_seed_did(tmp_path: Path) -> None:
+    """A row for each task; the first is what the others are compared with."""
+    rows = [measured(tmp_path, "whole", [[True, True], [True, False]]), measured(tmp_path, "part", [[False, False]])]
+    lines = table(rows).splitlines()
+    assert "0.750" in lines[2] and "1.000, 0.500" in lines[2] and "1.5" in lines[2]
+    assert "0.000" in lines[3] and "-1.000" in lines[3]
+    plot(rows, tmp_path / "comparison.png")
+    assert (tmp_path / "comparison.png").stat().st_size > 1000
