@@ -18,7 +18,6 @@ from artigrasp.evaluation.grasping import LIFTED
 _OF_HINGE = ("success", "angle_error", "mean_angle_error", "least_angle_error")
 """What an episode says about articulation, and only about that."""
 
-
 FAILURE_MEMORY = 0.2
 """Weight of the newest episode in the average of how often a reference fails."""
 LEAST_WEIGHT = 0.02
