@@ -7,7 +7,7 @@ from artigrasp.errors import UserError
 
 _SHORT = reprlib.Repr()
 _SHORT.maxdict = _SHORT.maxlist = _SHORT.maxtuple = 8
-_SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxlong, _SHORT.maxother = 4, 200, 40, 200
+_SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxlong, _SHORT.maxother = 3, 200, 40, 200
 """Shows what was found, but not all of it: some kilobytes of YAML can name the same list a billion times."""
 
 
