@@ -134,9 +134,9 @@ def plot(measured: Sequence[Measured], path: Path) -> None:
         axes.plot(rate.value, row, "|", color="C0" if row else "C1", markersize=16, markeredgewidth=3)
         axes.plot(each.success.mean(axis=1), np.full(len(each.seeds), row), "o", color="0.25", markersize=4)
     axes.set_yticks(range(len(measured)), [each.task for each in measured])
-    axes.invert_yaxis()
+    axes.set_ylim(len(measured) - 0.5, -0.5)
     axes.set_xlim(0.0, 1.0)
-    axes.set_xlabel("Suc.A (paper) on unseen references: mean, 95 % interval over references, seeds as dots")
+    axes.set_xlabel("Suc.A (paper), 95 % over references; dots are seeds")
     axes.grid(axis="x", alpha=0.3)
     with atomic_write(path) as temporary:
         figure.savefig(temporary, format="png", dpi=150)
