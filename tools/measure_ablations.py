@@ -7,8 +7,8 @@ Every task gets the same number of control steps in the same number of worlds, a
 evaluate articulation` in one scene. The first task is what the others are compared with. Trainings and evaluations that
 are done are not done again, and one that was stopped goes on; seeds come one after the other, so that there is
 something to compare early. Writes comparison.md and comparison.png into the folder, and prints the table. Where a
-success has an interval, it is over the trials of all seeds, counting references; how far seeds
-differ is shown by itself.
+success has an interval, it is over the trials of all seeds, counting references; how far seeds differ is
+shown by itself.
 """
 
 import argparse
@@ -71,19 +71,19 @@ class Measured:
 def train(task: str, seed: int, options: argparse.Namespace) -> Path:
     """The folder of a training that is done, after doing what is left of it."""
     config = get_task(task)
-    worlds = options.worlds or config.world_count
-    steps = config.ppo.steps_per_env * config.action.decision_interval * worlds
+    steps = config.ppo.steps_per_env * config.action.decision_interval * options.worlds
     iterations = str(max(1, round(options.control_steps / steps)))
     out = options.out / "trainings" / f"seed-{seed}"
     runs = [path.parent for path in sorted(out.glob(f"{task}/*/{CHECKPOINT}"))]
     if runs and (runs[-1] / "done").is_file():
         return runs[-1]
-    words = ["--objects", *options.objects, "--seed", str(seed), "--worlds", str(worlds), "--out", str(out)]
+    words = ["--objects", *options.objects, "--seed", str(seed), "--worlds", str(options.worlds), "--out", str(out)]
     words = ["--resume", str(runs[-1])] if runs else words
     words = [*words, "--iterations", iterations, "--threads", str(options.threads), "--json"]
     result = subprocess.run([PROGRAM, "train", task, *words], check=True, stdout=subprocess.PIPE, text=True)
     folder = Path(json.loads(result.stdout)["folder"])
-    (folder / "done").write_text(result.stdout, encoding="utf-8")
+    with atomic_write(folder / "done") as temporary:
+        temporary.write_text(result.stdout, encoding="utf-8")
     return folder
 
 

@@ -148,7 +148,7 @@ class HandVecEnv(VecEnv):
             KeyError, RuntimeError, ValueError: That one was of other worlds.
         """
         self._failure_rate[:] = state["failure_rate"].numpy()
-        self.environment.reference_weight.assign(np.maximum(self._failure_rate, LEAST_WEIGHT))
+        self._weigh_references()
         if "worlds" not in state:
             # the reset counts one more
             self.environment.episode.assign(state["episode"].numpy() - 1)
@@ -164,7 +164,8 @@ class HandVecEnv(VecEnv):
         worlds = dones.reshape(self.environment.world_count, -1).any(dim=1)
         summary = self.environment.episode_summary()
         ended = worlds.cpu().numpy()
-        articulates = self._articulates[self.environment.reference_index.numpy()]
+        reference = self.environment.reference_index.numpy()
+        articulates = self._articulates[reference]
         if not self.task.fixed_base:
             summary["lifted"] = ((summary["lift"] > LIFTED) & (summary["failed"] == 0.0)).astype(np.float64)
         for name, values in summary.items():
@@ -174,7 +175,7 @@ class HandVecEnv(VecEnv):
         total = torch.stack([sums[worlds & sound].sum(dim=2) for sums in self._term_sums]).sum(dim=0)
         self._returns.setdefault("Episode/reward", []).extend(total.flatten().tolist())
         reached = np.where(articulates, summary["success"], summary.get("lifted", 0.0))
-        self._note_outcomes(self.environment.reference_index.numpy()[ended], reached[ended])
+        self._note_outcomes(reference[ended], reached[ended])
         for sums, (names, _) in zip(self._term_sums, self._terms, strict=True):
             for name, values in zip(names, sums[worlds & sound].mean(dim=1).T, strict=True):
                 self._returns.setdefault(f"Reward/{name}", []).extend(values.tolist())
@@ -189,6 +190,9 @@ class HandVecEnv(VecEnv):
             kept = (1.0 - FAILURE_MEMORY) ** tries.sum()
             self._failure_rate[index] *= kept
             self._failure_rate[index] += (1.0 - kept) * (1.0 - reached[tries].mean())
+        self._weigh_references()
+
+    def _weigh_references(self) -> None:
         self.environment.reference_weight.assign(np.maximum(self._failure_rate, LEAST_WEIGHT))
 
     def _as_rows(self, array: wp.array) -> torch.Tensor:
