@@ -18,7 +18,7 @@ from artigrasp.errors import UserError
 
 KINDS = ("missing", "cut", "bytes", "member", "array", "unit", "huge", "text", "line", "value", "pickle", "made up")
 TRAPS = {
-    ".json": ("[" * 100_000, '{"keypoints": ' * 50_000, "1" * 10_000, '{"format": "artigrasp.manifest", "version": 2}'),
+    ".json": ("[" * 100_000, '{"keypoints": ' * 50_000, "1" * 10_000, '{"format": "artigrasp.manifest", "version": 3}'),
     ".urdf": (
         '<!DOCTYPE r [<!ENTITY a "aaaaaaaaaa">'
         + "".join(f'<!ENTITY {x} "{10 * f"&{y};"}">' for y, x in pairwise("abcdefghij"))
@@ -141,14 +141,14 @@ def damage_member(data: st.DataObject, path: Path) -> None:
 
 def damage_value(data: st.DataObject, path: Path) -> None:
     """Put something else at a place of a JSON file."""
-    content = json.loads(path.read_text())
-    place, key = {"": content}, ""
+    document = {"": json.loads(path.read_text())}
+    place, key = document, ""
     while isinstance(place[key], dict | list) and len(place[key]) and data.draw(st.integers(0, 5)):
         place = place[key]
         keys = sorted(place) if isinstance(place, dict) else range(len(place))
         key = data.draw(st.sampled_from(keys))
     place[key] = data.draw(st.sampled_from([None, True, -1, 0, 10**400, 1e308, "", "../../x", "\n", [], {}, [[]]]))
-    path.write_text(json.dumps(content))
+    path.write_text(json.dumps(document[""]))
 
 
 def damage_unit(path: Path, factor: float) -> None:

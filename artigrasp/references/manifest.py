@@ -9,7 +9,7 @@ from typing import Any
 from artigrasp.errors import UserError
 from artigrasp.files import atomic_write
 
-FORMAT, VERSION = "artigrasp.manifest", 2
+FORMAT, VERSION = "artigrasp.manifest", 3
 
 
 def digest_files(paths: Iterable[Path], *settings: object) -> str:
@@ -31,8 +31,9 @@ def digest_files(paths: Iterable[Path], *settings: object) -> str:
 class Manifest:
     """The file ``manifest.json`` of a folder of imported files.
 
-    It is ``{"format", "version", "files": {path: {"sources": hash, "content": hash, ...}}}``, with paths relative to
-    the folder. An object has ``"parts": {part: fidelity}`` too. One that cannot be read counts as empty.
+    It is ``{"format", "version", "digest", "files": {path: {"sources": hash, "content": hash, ...}}}``, with paths
+    relative to the folder. An object has ``"parts": {part: fidelity}`` too. One that cannot be read, or whose files are
+    not those of its digest, counts as empty.
 
     Args:
         folder: The folder.
@@ -43,12 +44,10 @@ class Manifest:
         self._files: dict[str, dict[str, Any]] = {}
         try:
             data = json.loads(self._path.read_text(encoding="utf-8"))
+            if isinstance(data, dict) and data == _document(data.get("files")):
+                self._files = data["files"]
         except (OSError, ValueError, RecursionError):
-            return
-        if isinstance(data, dict) and (data.get("format"), data.get("version")) == (FORMAT, VERSION):
-            files = data.get("files")
-            if isinstance(files, dict):
-                self._files = {name: entry for name, entry in files.items() if isinstance(entry, dict)}
+            pass
 
     def has(self, path: Path, sources: str) -> bool:
         """Whether this file was made of these sources, and has not changed since."""
@@ -58,9 +57,8 @@ class Manifest:
     def add(self, path: Path, sources: str, **more: object) -> None:
         """Note that this file was made of these sources, and whatever else is to be kept about it."""
         self._files[self._name(path)] = {"sources": sources, "content": digest_files([path]), **more}
-        data = {"format": FORMAT, "version": VERSION, "files": self._files}
         with atomic_write(self._path) as temporary:
-            temporary.write_text(json.dumps(data, indent=1, sort_keys=True), encoding="utf-8")
+            temporary.write_text(json.dumps(_document(self._files), indent=1, sort_keys=True), encoding="utf-8")
 
     def note(self, path: Path, name: str) -> Any:
         """What was kept about a file under this name, or None."""
@@ -68,3 +66,7 @@ class Manifest:
 
     def _name(self, path: Path) -> str:
         return path.relative_to(self._path.parent).as_posix()
+
+
+def _document(files: Any) -> dict[str, Any]:
+    return {"format": FORMAT, "version": VERSION, "digest": digest_files([], files), "files": files}

@@ -258,7 +258,9 @@ def test_importing_again_changes_nothing(release: Path, tmp_path: Path, measured
     (tmp_path / "assets" / "objects" / "box.usda").write_text("damaged")
     assert import_arctic(release).written == ["objects/box.usda"]
     manifest = tmp_path / "assets" / "manifest.json"
-    for text in ("", "[]", '{"format": "artigrasp.manifest", "version": 2, "files": [1]}', "[" * 100_000):
+    document = json.loads(manifest.read_text())
+    document["files"]["objects/box.usda"]["parts"]["base"]["volume_ratio"] = 7.0
+    for text in ("", "[]", '{"format": "artigrasp.manifest", "version": 3}', "[" * 100_000, json.dumps(document)):
         manifest.write_text(text)
         assert set(import_arctic(release).written) == ALL_FILES
     entry = json.loads(manifest.read_text())["files"]["objects/box.usda"]
