@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.search import Objective
+from artigrasp.environment.measuring import LIFTED_HEIGHT, REACHED_DISTANCE, REACHED_TURN
 from artigrasp.environment.worlds import DRAW_GOAL, planned_worlds
 from artigrasp.errors import UserError
 from artigrasp.evaluation.experiment import Experiment, Metric, Outcomes, Trials
@@ -33,12 +34,6 @@ TARGET_LOWER, TARGET_UPPER = (-0.15, -0.15, 0.15), (0.15, 0.15, 0.45)
 
 TARGET_TURN = 0.3
 """Largest turn of the targets about each axis [rad]."""
-
-LIFTED = 0.1
-"""Height over its start of an object that counts as lifted [m] (paper, Metrics)."""
-
-REACHED_DISTANCE, REACHED_TURN = 0.05, 0.2
-"""Distance [m] and angle [rad] of a target that counts as reached (paper, Metrics, Task Success Rate)."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +64,7 @@ class GraspOutcomes(Outcomes):
 
 def paper_success(outcomes: GraspOutcomes) -> NDArray[np.bool_]:
     """Lifted by more than 0.1 m at the end (paper, Metrics); the authors' script asks for the same."""
-    return np.asarray((outcomes.lift > LIFTED) & ~outcomes.failed)
+    return np.asarray((outcomes.lift > LIFTED_HEIGHT) & ~outcomes.failed)
 
 
 def strict_success(outcomes: GraspOutcomes) -> NDArray[np.bool_]:
@@ -133,7 +128,7 @@ def _paper_row(success: float, distance: float, angle: float) -> Mapping[str, fl
 
 
 CARRY = Objective(
-    within={"lift": (LIFTED, np.inf)},
+    within={"lift": (LIFTED_HEIGHT, np.inf)},
     # the longer an object is held on its way, the nearer it is on average
     weights={"position_error": -2.0, "rotation_error": -0.5, "mean_position_error": -3.0},
     error="position_error",

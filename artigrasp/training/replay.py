@@ -169,8 +169,9 @@ class Replay:
         self.iteration = int(state["iteration"])
 
     def learn_on_from_actor(self) -> None:
-        """Learn on from the weights that the actor was given."""
+        """Learn on from the weights that the actor was given: no random decisions before that."""
         self._learning_actor.load_state_dict(self.actor.mlp.state_dict())
+        self.iteration = max(self.iteration, self.settings.random_iterations)
 
     def _explore(self, seen: torch.Tensor) -> torch.Tensor:
         """The best of the actor's decision and candidates around it in the eyes of one critic for each row."""

@@ -296,7 +296,7 @@ class Runner:
         self.processes.gather(None)
 
 
-_CURVE = ("reward", "success", "angle_error", "lifted")
+_CURVE = ("reward", "success", "angle_error", "lifted", "placed")
 """What of an iteration's metrics is in the learning curve."""
 
 
