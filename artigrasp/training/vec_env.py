@@ -168,7 +168,7 @@ class HandVecEnv(VecEnv):
         ended = worlds.cpu().numpy()
         reference = self.environment.reference_index.numpy()
         articulates = self._articulates[reference]
-        grasped = {} if self.task.fixed_base else _grasp_success(summary, self.task.sequence == "carrying")
+        grasped = {} if self.task.fixed_base else grasp_success(summary, self.task.sequence == "carrying")
         for name, values in (summary | grasped).items():
             shown_by = articulates if name in _OF_HINGE else ~articulates if name in grasped else True
             self._returns.setdefault(f"Episode/{name}", []).extend(values[ended & shown_by].tolist())
@@ -201,7 +201,7 @@ class HandVecEnv(VecEnv):
         return rows
 
 
-def _grasp_success(summary: Mapping[str, NDArray[np.float64]], is_put_down: bool) -> dict[str, NDArray[np.float64]]:
+def grasp_success(summary: Mapping[str, NDArray[np.float64]], is_put_down: bool) -> dict[str, NDArray[np.float64]]:
     """What the success of a grasp is called, and which worlds have it, [W]."""
     if is_put_down:
         at_target = (summary["position_error"] < REACHED_DISTANCE) & (summary["rotation_error"] < REACHED_TURN)

@@ -50,7 +50,7 @@ def test_older_curves_are_read(tmp_path: Path) -> None:
     assert math.isnan(point.cpu_time) and math.isnan(point.lifted)
 
 
-@pytest.mark.parametrize("line", ["1,600,x,2.5,1,1,1,1", "1,600", "1,600,1,1,1,1,1,1,1"])
+@pytest.mark.parametrize("line", ["1,600,x,2.5,1,1,1,1,1", "1,600", "1,600,1,1,1,1,1,1,1,1"])
 def test_a_damaged_curve_is_named(tmp_path: Path, line: str) -> None:
     """Words, missing and surplus columns."""
     write_curve(tmp_path, [], "")
