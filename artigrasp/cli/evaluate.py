@@ -3,9 +3,10 @@
 import logging
 import os
 import shutil
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
@@ -18,7 +19,10 @@ from artigrasp.errors import UserError
 from artigrasp.files import check_target
 
 if TYPE_CHECKING:
+    from artigrasp.controllers.controller import Controller
+    from artigrasp.evaluation.evaluate import Evaluation
     from artigrasp.evaluation.protocols import Protocol
+    from artigrasp.references.reference import ReferenceSet
 
 logger = logging.getLogger(__name__)
 
@@ -75,6 +79,9 @@ class Options:
     """Trials of each object, at most, spread evenly over its references and targets; by default all."""
     seed: int = 0
     """Seed of a search and of targets that are drawn; the trials start without noise."""
+    failures: int = 0
+    """Trials of each object to keep that the first controller fails in: simulated once more, of different causes first,
+    as motion files in the folder failures and as a picture, failures.png."""
     worlds: int = 512
     """Worlds simulated at once, at most; trials are measured and kept in chunks of so many."""
     out: Path = Path("evaluation")
@@ -97,6 +104,11 @@ def run(options: Options) -> int:
     check_target(options.out / "metrics.json")
     if options.per_object is not None and options.per_object < 1:
         raise UserError(f"per-object: expected a positive number, found {options.per_object}")
+
+    if options.failures < 0:
+        raise UserError(f"failures: expected 0 or more, found {options.failures}")
+    if options.failures and (options.search or options.controller == "search"):
+        raise UserError("failures: expected a controller that does not search, found a search")
 
     start_warp()
     from artigrasp.controllers.library import load_controller
@@ -168,6 +180,8 @@ def run(options: Options) -> int:
     for (experiment, split), evaluations in zip(parts, reports, strict=True):
         folder = options.out if len(parts) == 1 else options.out / f"{experiment.name}-{split}"
         write_report(evaluations, folder)
+        if options.failures and evaluations:
+            _keep_failures(evaluations[0], controllers[0], references, folder, options)
         if not options.json:
             show(metrics_table(evaluations))
     if options.json:
@@ -175,6 +189,42 @@ def run(options: Options) -> int:
         show_json(metrics[0] if len(parts) == 1 else metrics)
     shutil.rmtree(options.out / CHUNKS)
     return 0
+
+
+def _keep_failures(
+    evaluation: "Evaluation[Any]",
+    controller: "Controller",
+    references: Sequence["ReferenceSet"],
+    folder: Path,
+    options: Options,
+) -> None:
+    """Write motions of failures, and a picture of them."""
+    from artigrasp.evaluation.failures import replay_failures
+    from artigrasp.export.picture import Style, render_filmstrip
+    from artigrasp.motion.file import save_motion
+
+    with progress_bar("Simulating failures", hidden=options.json) as progress:
+        failures = replay_failures(
+            evaluation,
+            controller,
+            references,
+            options.failures,
+            simulator=options.simulator,
+            on_failure=lambda done, total: progress("", done, total),
+        )
+    titles = []
+    for each in failures:
+        save_motion(folder / "failures" / f"{each.motion.object}-{each.trial}.npz", each.motion)
+        titles.append(f"{each.motion.object}, trial {each.trial}: {each.cause or 'no success'}")
+    if failures:
+        with progress_bar("Rendering failures", hidden=options.json) as progress:
+            render_filmstrip(
+                [each.motion for each in failures],
+                folder / "failures.png",
+                titles=titles,
+                style=Style(width=220, height=220, target=True),
+                progress=lambda done, total: progress("", done, total),
+            )
 
 
 def _learned(protocol: "Protocol", skills: set[str]) -> "Protocol":

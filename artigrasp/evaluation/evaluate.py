@@ -23,6 +23,7 @@ from artigrasp.controllers.skills import with_skills
 from artigrasp.environment.tables import PHASE_LIMITS
 from artigrasp.errors import UserError
 from artigrasp.evaluation.experiment import Experiment, O, Outcomes, Trials
+from artigrasp.kernels.layout import HANDS
 from artigrasp.references.reference import ReferenceSet
 
 CHUNK_FORMAT, CHUNK_VERSION = "artigrasp.evaluation-chunk", 1
@@ -111,14 +112,14 @@ def evaluate(
         The measured trials of all processes, for which the first one waits; None to the others.
 
     Raises:
-        UserError: An object has no reference of the split and the experiment's kinds, or the controller searches
-            where the experiment has no objective.
+        UserError: An object has no reference of the split and the experiment's kinds for the scene's hands, or the
+            controller searches where the experiment has no objective.
     """
     if isinstance(controller, SearchController):
         if not experiment.objectives:
             raise UserError(f"controller: expected one that does not search for {experiment.name}, found a search")
         controller = controller.seeking(experiment.objectives)
-    chosen = [each.select(split=split, kind=experiment.kinds) for each in references]
+    chosen = choose_references(references, experiment, split, controller.task)
     trials = experiment.draw_trials(chosen, seed)
     if per_object is not None:
         trials = trials.spread(per_object)
@@ -180,6 +181,18 @@ def evaluate(
         outcomes=experiment.outcomes(**joined),
         found=FoundOffsets(**found) if found else None,
     )
+
+
+def choose_references(
+    references: Sequence[ReferenceSet], experiment: Experiment[Any], split: str, task: TaskConfig
+) -> list[ReferenceSet]:
+    """Those that an experiment plays: of its kinds and a split, for hands that are in its scene.
+
+    Raises:
+        UserError: An object has none.
+    """
+    hands = HANDS if experiment.sequence else task.hands
+    return [each.select(split=split, kind=experiment.kinds, hands=hands) for each in references]
 
 
 def load_chunk(path: Path, outcomes: type[Outcomes], trial_count: int) -> dict[str, NDArray[Any]]:

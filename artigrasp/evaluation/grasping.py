@@ -158,7 +158,8 @@ GRASPING = Experiment(
             "D-Grasp": _paper_row(0.72, 0.12, 0.62),
             "ArtiGrasp": _paper_row(0.71, 0.13, 0.69),
         },
-        "recon": {"ArtiGrasp": _paper_row(0.64, 0.16, 0.80)},
+        "recon": {"D-Grasp": _paper_row(0.60, 0.16, 0.78), "ArtiGrasp": _paper_row(0.64, 0.16, 0.80)},
+        "recon-mocap": {"ArtiGrasp": _paper_row(0.67, 0.14, 0.95)},
     },
     paper_note="eight ARCTIC objects, both hands, another simulator",
 )

@@ -1,5 +1,6 @@
 """Pictures and videos of a motion."""
 
+import itertools
 import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -175,6 +176,7 @@ def render_filmstrip(
     *,
     frame_count: int = 5,
     columns: int | None = None,
+    titles: Sequence[str] = (),
     style: Style | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> None:
@@ -185,6 +187,7 @@ def render_filmstrip(
         path: The image file.
         frame_count: Number of samples; a motion of fewer is shown whole.
         columns: Samples in a row; all of a motion by default.
+        titles: What is said above each motion.
         style: How each is shown.
         progress: Called after each sample with the number of those that are done and that of all.
 
@@ -198,14 +201,13 @@ def render_filmstrip(
             raise UserError(f"{name}: expected at least 1, found {number}")
     strips = [MotionPictures(each, telling_samples(each, frame_count), style) for each in _several(motion)]
     longest = max(strip.count for strip in strips)
+    columns = min(columns or longest, longest)
     done = _Count(sum(strip.count for strip in strips), progress)
-    rows = []
-    for strip in strips:
-        frames = list(_render_all(strip, range(strip.count), done))
-        # Shorter motions are filled up, so that each begins a row.
-        blank = arrange(frames[:1], 2)[:, style.width :]
-        rows += [*frames, *[blank] * (longest - len(frames) if len(strips) > 1 else 0)]
-    save_image(arrange(rows, min(columns or longest, longest)), path)
+    parts = []
+    for strip, title in itertools.zip_longest(strips, titles):
+        parts += [] if title is None else [_title(title, columns * style.width, style)]
+        parts.append(arrange(list(_render_all(strip, range(strip.count), done)), columns))
+    save_image(np.concatenate(parts), path)
 
 
 def render_video(
@@ -267,6 +269,12 @@ def caption(motion: Motion, sample: int, width: int, height: int, *, transparent
     band.bar(left, 32, left + scale * float(np.clip(motion.hinge_angle[sample], 0, whole)), 37, ACCENT)
     band.tick(left + scale * motion.target_angle, 28, 41)
     return band.image(transparent=transparent)
+
+
+def _title(text: str, width: int, style: Style) -> Image:
+    band = Band(width, 36)
+    band.write(24, 42, text, 30, bold=True)
+    return band.image(transparent=style.transparent)
 
 
 def _several(motion: Motion | Sequence[Motion]) -> list[Motion]:
