@@ -33,7 +33,11 @@ TARGET_YAW = 0.4
 """Largest turn of the target about the vertical [rad]."""
 
 TARGET_ANGLE = (0.5, 0.6)
-"""Range of the target's hinge angle [rad]."""
+"""Range of the way from the start to the target's hinge angle [rad]."""
+
+OPEN_ANGLE = 1.0
+"""Hinge angle at the start beyond which an object is to be closed by that much, not opened further (the authors'
+script) [rad]: bottles stand open, as far as their caps go."""
 
 REACHED_ANGLE, STRICT_REACHED_ANGLE = 0.5, 0.2
 """Hinge angle error that counts as reached [rad]: the paper's lets a closed lid pass, the strict one does not."""
@@ -123,7 +127,8 @@ def draw_pairs(references: Sequence[ReferenceSet], seed: int) -> Trials:
                 firsts.append(first)
                 seconds.append(second)
                 offsets.append([*shift, 0.0, *yaw.as_quat()])
-                angles.append(each.object_angle[first] + random.uniform(*TARGET_ANGLE))
+                way = -1.0 if each.object_angle[first] > OPEN_ANGLE else 1.0
+                angles.append(each.object_angle[first] + way * random.uniform(*TARGET_ANGLE))
     targets = {
         "second_reference": np.array(seconds),
         "target_offset": np.array(offsets),

@@ -67,6 +67,16 @@ def test_the_authors_script_asks_whether_each_was_reached_once() -> None:
     assert not COMPOSED.criteria["paper"](outcomes)[:2].any()
 
 
+def test_what_stands_open_is_to_be_closed() -> None:
+    """An object that begins beyond 1 rad, as a bottle whose cap hangs open, cannot be opened further by half a one."""
+    references = join_references([box_references(test_count=2), grasp_references(2)])
+    angle = np.where(np.arange(len(references)) % 2 == 0, 2.4, 0.9)
+    trials = draw_pairs([replace(references, object_angle=angle.astype(np.float32))], seed=0)
+    start = angle[trials.reference]
+    way = np.where(start > 1.0, -1.0, 1.0) * (trials.targets["goal_angle"] - start)
+    assert ((way > 0.499) & (way < 0.601)).all() and {0.9, 2.4} == set(start.tolist())
+
+
 def test_every_grasp_meets_every_articulation() -> None:
     """Targets are .05 to .1 m back and left, turned by up to .4 rad about the vertical, open by .5 to .6 rad."""
     references = join_references([box_references(test_count=37), grasp_references(17)])
