@@ -1,5 +1,6 @@
 """`artigrasp tell`: a story of several objects as one motion."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -39,8 +40,12 @@ class Options:
     """Motion file to write."""
     search: int = 32
     """Rollouts of a search around a reference where no reference does a step by itself; 1 for none."""
+    start_shift: float = 0.0
+    """Objects stand anywhere up to so far from their places along x and along y [m]."""
+    start_turn: float = 0.0
+    """They are turned about the vertical by anything up to this from how they should stand [rad]."""
     seed: int = 0
-    """Seed of the searches."""
+    """Seed of where objects stand, and of the searches."""
     simulator: SimulatorConfig = SimulatorConfig()
     """Backend, device and threads."""
     json: bool = False
@@ -49,6 +54,9 @@ class Options:
     def __post_init__(self) -> None:
         if self.search < 1:
             raise UserError(f"search: expected at least 1, found {self.search}")
+        for name in ("start_shift", "start_turn"):
+            if not 0.0 <= getattr(self, name) < math.inf:
+                raise UserError(f"{name}: expected 0 or a positive number, found {getattr(self, name):g}")
 
 
 def run(options: Options) -> int:
@@ -64,8 +72,10 @@ def run(options: Options) -> int:
     from artigrasp.controllers.policy_file import load_policy
     from artigrasp.motion.file import save_motion
     from artigrasp.stories.recording import story_motion
+    from artigrasp.stories.start import scatter_objects
     from artigrasp.stories.teller import Teller, TellerSettings
 
+    story = scatter_objects(story, options.start_shift, options.start_turn, options.seed)
     policies = []
     for skill, file in files.items():
         policy = load_policy(file)

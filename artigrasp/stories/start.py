@@ -1,6 +1,7 @@
 """Where hands and objects of a story are at first."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -36,6 +37,23 @@ def check_angles(story: StoryConfig) -> None:
         if not 0 <= angle <= widest[name]:
             expected = f"0 to {widest[name]:.2f} rad, as far as {name} opens"
             raise UserError(f"{key}: expected {expected}, found {angle:g}")
+
+
+def scatter_objects(story: StoryConfig, shift: float, turn: float, seed: int) -> StoryConfig:
+    """The story, its objects standing somewhere near their places; what steps ask for stays.
+
+    Args:
+        story: The story.
+        shift: Largest distance from an object's place along x and along y [m].
+        turn: Largest turn about the vertical from how it should stand [rad].
+        seed: Of the uniform draw.
+    """
+    drawn = np.random.default_rng(seed).uniform(-1.0, 1.0, (len(story.objects), 3)) * [shift, shift, turn]
+    objects = {
+        name: replace(placed, at=(placed.at[0] + x, placed.at[1] + y), yaw=placed.yaw + yaw)
+        for (name, placed), (x, y, yaw) in zip(story.objects.items(), drawn.tolist(), strict=True)
+    }
+    return replace(story, objects=objects)
 
 
 def first_instant(story: StoryConfig, references: Sequence[ReferenceSet], sides: Sequence[str]) -> Instant:

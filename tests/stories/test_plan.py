@@ -11,7 +11,7 @@ from artigrasp.environment.worlds import DRAW_GOAL
 from artigrasp.errors import UserError
 from artigrasp.references.reference import ReferenceSet, load_references
 from artigrasp.stories.plan import Hold, Situation, plan_step, step_objective, target_pose
-from artigrasp.stories.start import check_angles, first_instant
+from artigrasp.stories.start import check_angles, first_instant, scatter_objects
 
 STORY = StoryConfig(
     objects={
@@ -56,6 +56,18 @@ def test_hands_and_objects_begin_where_the_story_says(first: Situation) -> None:
     for base, fingers in zip(instant.hand_base, (1.0, -1.0), strict=True):
         turn = Rotation.from_quat(base[3:])
         np.testing.assert_allclose(turn.apply([[fingers, 0, 0], [0, -1, 0]]), [[0, 1, 0], [0, 0, -1]], atol=1e-6)
+
+
+def test_objects_may_begin_near_their_places() -> None:
+    """Each by itself, within the ranges, alike for the same seed; without ranges the story is what it was."""
+    assert scatter_objects(STORY, 0.0, 0.0, seed=1) == STORY
+    drawn = [scatter_objects(STORY, 0.02, 0.3, seed) for seed in range(50)]
+    assert scatter_objects(STORY, 0.02, 0.3, 7) == drawn[7] and drawn[7].steps == STORY.steps
+    places = np.array([[(*each.at, each.yaw) for each in story.objects.values()] for story in drawn])
+    off = places - [(*each.at, each.yaw) for each in STORY.objects.values()]
+    largest = np.abs(off).max(axis=0)
+    assert (largest <= [0.02, 0.02, 0.3]).all() and (largest > [0.017, 0.017, 0.25]).all()
+    assert len(np.unique(off)) == off.size
 
 
 def test_every_fitting_reference_is_tried(first: Situation, references: list[ReferenceSet]) -> None:
