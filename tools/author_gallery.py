@@ -102,6 +102,13 @@ def page() -> str:
         "",
         "The objects that come with the package: closed, half open and open, and moved where there are references.",
         "`python tools/author_gallery.py` makes this page and its pictures; with names of objects, theirs only.",
+        "",
+        "## The open hand",
+        "",
+        "![The open hand spread, at rest and as a fist, from either side, and the links that collide]"
+        "(images/open-hand.webp)",
+        "",
+        "`python -m tools.picture_hand docs/images/open-hand.webp` makes it.",
     ]
     for name in OBJECTS:
         if not (IMAGES / f"{name}-object.webp").exists():
