@@ -21,9 +21,7 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from tensordict import TensorDict
 
-from artigrasp.controllers.network import OBSERVATION_GROUP
 from artigrasp.controllers.policy_file import PolicyFile, load_policy, save_policy
 from artigrasp.training.replay import COLUMNS, Replay
 from artigrasp.training.runner import CHECKPOINT
@@ -75,9 +73,7 @@ def main() -> None:
             learner.actor.load_state_dict(actor)
             learner.load_state_dict({**first.learner["learners"][name], "memory": memory})
         else:
-            features = TensorDict({OBSERVATION_GROUP: memory["observation"]}, batch_size=len(memory["reward"]))
-            learner.actor.update_normalization(features)
-            learner._memory = [tuple(memory[key] for key in COLUMNS)]
+            learner.remember(memory)
         learner.train_mode()
         for _ in range(options.rounds):
             learner.update()

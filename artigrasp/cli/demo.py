@@ -49,7 +49,7 @@ def run(options: Options) -> int:
     start_warp()
 
     from artigrasp.controllers.controller import Controller, pd_ik_controller
-    from artigrasp.controllers.library import load_controller
+    from artigrasp.controllers.library import make_controller
     from artigrasp.evaluation.composed import COMPOSED, strict_success
     from artigrasp.evaluation.evaluate import evaluate
     from artigrasp.evaluation.report import metrics_dict, metrics_table, write_report
@@ -63,8 +63,8 @@ def run(options: Options) -> int:
     scene = get_task("both-free")
     controllers: list[Controller] = [pd_ik_controller(scene)]
     if policies:
-        opens, grasps = policies.get("articulate"), policies.get("grasp")
-        controllers.insert(0, load_controller("policy", task=scene, policy=opens, grasp_policy=grasps))
+        opens, grasps = (policies[kind][1] if kind in policies else None for kind in ("articulate", "grasp"))
+        controllers.insert(0, make_controller("policy", task=scene, policy=opens, grasp_policy=grasps))
     evaluations = []
     for each in controllers:
         with progress_bar(f"Measuring {each.name}", hidden=options.json) as progress:
@@ -75,7 +75,7 @@ def run(options: Options) -> int:
                 split="test",
                 seed=options.seed,
                 per_object=options.pairs,
-                policies=[] if each.name == "pd-ik" else [path.stem for path in policies.values()],
+                policies=[] if each.name == "pd-ik" else [name for name, _ in policies.values()],
                 simulator=options.simulator,
                 on_trial=lambda done, total: progress("", int(done), total),
             )

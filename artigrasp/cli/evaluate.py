@@ -96,10 +96,7 @@ def run(options: Options) -> int:
     """Measure and write the report."""
     from artigrasp.references.reference import load_references
 
-    policy, grasp_policy = (
-        None if each is None else find_policy(each) for each in (options.policy, options.grasp_policy)
-    )
-    brought = [each for each in (policy, grasp_policy) if each is not None]
+    files = [None if each is None else find_policy(each) for each in (options.policy, options.grasp_policy)]
     references = [load_references(name) for name in options.objects]
     check_target(options.out / "metrics.json")
     if options.per_object is not None and options.per_object < 1:
@@ -111,7 +108,7 @@ def run(options: Options) -> int:
         raise UserError("failures: expected a controller that does not search, found a search")
 
     start_warp()
-    from artigrasp.controllers.library import load_controller
+    from artigrasp.controllers.library import make_controller
     from artigrasp.controllers.policy_file import load_policy
     from artigrasp.controllers.skills import in_scene
     from artigrasp.evaluation.articulation import ARTICULATION, toward
@@ -130,18 +127,19 @@ def run(options: Options) -> int:
     protocol = replace(protocol, experiments=tuple(instead[each.name] for each in protocol.experiments))
     if options.split is not None:
         protocol = replace(protocol, splits=(options.split,))
-    learned = [load_policy(each) for each in brought]
-    for each, content in zip(brought, learned, strict=True) if protocol.unseen_objects else ():
+    brought = {file: load_policy(file) for file in files if file is not None}
+    policy, grasp_policy = (None if file is None else brought[file] for file in files)
+    for file, content in brought.items() if protocol.unseen_objects else ():
         if seen := set(options.objects) & set(content.objects):
-            raise UserError(f"objects: expected objects that {each} has not seen, found {', '.join(sorted(seen))}")
+            raise UserError(f"objects: expected objects that {file} has not seen, found {', '.join(sorted(seen))}")
     if brought:
-        protocol = _learned(protocol, {kind for each in learned for kind in each.task.kinds})
+        protocol = _learned(protocol, {kind for each in brought.values() for kind in each.task.kinds})
     if grasp_policy is not None and any(not each.sequence for each in protocol.experiments):
         raise UserError(f"grasp-policy: expected a protocol of sequences only, found {options.protocol}")
-    task = played_task(options.task, brought[0] if brought else None)
+    task = played_task(options.task, policy or grasp_policy)
     wanted = dict.fromkeys([(options.controller, options.search), *((name, 0) for name in options.baselines)])
     controllers = [
-        load_controller(name, task=task, policy=policy, grasp_policy=grasp_policy, search=search, seed=options.seed)
+        make_controller(name, task=task, policy=policy, grasp_policy=grasp_policy, search=search, seed=options.seed)
         for name, search in wanted
     ]
     if options.scene is not None:

@@ -70,10 +70,8 @@ def run(options: Options) -> int:
     from artigrasp.assets.object import load_object
     from artigrasp.references.reference import join_references, load_references
 
-    policy, grasp_policy = (
-        None if each is None else find_policy(each) for each in (options.policy, options.grasp_policy)
-    )
-    if grasp_policy is not None and options.sequence is None:
+    files = [None if each is None else find_policy(each) for each in (options.policy, options.grasp_policy)]
+    if options.grasp_policy is not None and options.sequence is None:
         raise UserError("grasp-policy: expected a --sequence in which it acts, found none")
     references = load_references(options.object)
     reference = references.select(split=options.split, kind="articulate", indices=options.reference)
@@ -86,11 +84,13 @@ def run(options: Options) -> int:
     check_target(options.out)
 
     start_warp()
-    from artigrasp.controllers.library import load_controller
+    from artigrasp.controllers.library import make_controller
+    from artigrasp.controllers.policy_file import load_policy
     from artigrasp.motion.file import save_motion
     from artigrasp.motion.generate import generate
     from artigrasp.tasks.sequences import SEQUENCES
 
+    policy, grasp_policy = (None if file is None else load_policy(file) for file in files)
     brought = policy or grasp_policy
     name = options.controller or ("pd-ik" if brought is None else "policy")
     whole: dict[str, Any] = {}
@@ -102,7 +102,7 @@ def run(options: Options) -> int:
         sequence = SEQUENCES[options.sequence]
         whole = {"sequence": sequence, "target_offset": offset, "retry_count": options.retries}
     task = played_task(options.task or (None if options.sequence is None or brought else "both-free"), brought)
-    controller = load_controller(
+    controller = make_controller(
         name, task=task, policy=policy, grasp_policy=grasp_policy, search=options.search, seed=options.seed
     )
     total_steps = (

@@ -4,9 +4,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from artigrasp.assets.library import find_asset, find_file, list_assets
+from artigrasp.errors import UserError
 
 if TYPE_CHECKING:
     from artigrasp.config import TaskConfig
+    from artigrasp.controllers.policy_file import PolicyFile
 
 DEFAULT_TASK = "right-fixed"
 
@@ -25,27 +27,33 @@ def find_policy(name: str) -> Path:
     return find_file("policies", name)
 
 
-def policies_for(object_name: str) -> dict[str, Path]:
-    """Policies among the assets that learned on an object, by the kind of their skill; the first of a kind by name."""
+def policies_for(object_name: str) -> "dict[str, tuple[str, PolicyFile]]":
+    """Policies among the assets that learned on an object, with their names, by the kind of their skill.
+
+    Of several of a kind it is the first by name.
+    """
     from artigrasp.controllers.policy_file import load_policy
 
-    found: dict[str, Path] = {}
-    for path in list_policies().values():
+    found: dict[str, tuple[str, PolicyFile]] = {}
+    for name, path in list_policies().items():
         policy = load_policy(path)
         if object_name in policy.objects:
             for kind in policy.task.kinds:
-                found.setdefault(kind, path)
+                found.setdefault(kind, (name, policy))
     return found
 
 
-def played_task(name: str | None, policy: Path | None) -> "TaskConfig":
+def played_task(name: str | None, policy: "PolicyFile | None") -> "TaskConfig":
     """The task to play: a policy's own, else the one of that name, else the default.
 
     Raises:
-        UserError: The task is unknown, the policy file is unfit, or the policy is for another task than the named one.
+        UserError: The task is unknown, or the policy is for another one.
     """
-    from artigrasp.controllers.policy_file import load_policy
     from artigrasp.tasks import get_task
 
     named = get_task(DEFAULT_TASK if name is None else name)
-    return named if policy is None else load_policy(policy, task=name).task
+    if policy is None:
+        return named
+    if name not in (None, policy.task.name):
+        raise UserError(f"task: expected {policy.task.name!r}, for which the policy is, found {name!r}")
+    return policy.task

@@ -149,14 +149,15 @@ def _references(what: References) -> "dict[str, Subject]":
 
 def _task(what: Task) -> "dict[str, Subject]":
     from artigrasp.cli.policies import find_policy, played_task
-    from artigrasp.controllers.library import load_controller
+    from artigrasp.controllers.library import make_controller
+    from artigrasp.controllers.policy_file import load_policy
     from artigrasp.viewer.live_subject import LiveSubject
     from artigrasp.viewer.pilot import SteadyPilot
 
-    policy = None if what.policy is None else find_policy(what.policy)
+    policy = None if what.policy is None else load_policy(find_policy(what.policy))
     task = played_task(what.task, policy)
     name = what.controller or ("pd-ik" if policy is None else "policy")
-    controller = load_controller(name, task=task, policy=policy, seed=what.seed)
+    controller = make_controller(name, task=task, policy=policy, seed=what.seed)
     pilot = SteadyPilot(controller, what.policy if name == "policy" and what.policy else name)
     live = LiveSubject(
         task.name,

@@ -1,6 +1,7 @@
 """Configs to plain data and back; reading is strict and names what it refuses by its dotted key."""
 
 import dataclasses
+import inspect
 import math
 import types
 from collections.abc import Mapping
@@ -69,8 +70,8 @@ def _build(cls: type[Config], data: object, key: str) -> Config:
 
 
 def _kind(kinds: list[Any], value: object, key: str) -> Any:
-    """Which of several config classes is meant: the one whose first field is there."""
-    names = [dataclasses.fields(kind)[0].name for kind in kinds]
+    """Which of several config classes is meant: the one whose own first field, no inherited one, is there."""
+    names = [next(iter(inspect.get_annotations(kind))) for kind in kinds]
     found = [str(name) for name in value] if isinstance(value, Mapping) else []
     meant = [kind for kind, name in zip(kinds, names, strict=True) if name in found]
     if len(meant) != 1:

@@ -26,15 +26,13 @@ class PlacedObject:
 
 
 @dataclass(frozen=True, kw_only=True)
-class OpenStep:
-    """One hand turns the hinge of an object up to an angle."""
+class HingeStep:
+    """One hand turns the hinge of an object; whether up or back is said by the kinds of it."""
 
-    open: str
-    """Which object."""
     to: float
     """Hinge angle to reach [rad]."""
     hand: Side | None = None
-    """Which hand; any that is free by default."""
+    """Which hand; by default the one that holds the object, or any that is free."""
     hold: bool = False
     """Whether it stays on the object afterwards, until it closes it, moves it or is released."""
     tolerance: float = 0.2
@@ -44,6 +42,14 @@ class OpenStep:
         require_not_negative(self, "to")
         require_positive(self, "tolerance")
 
+
+@dataclass(frozen=True, kw_only=True)
+class OpenStep(HingeStep):
+    """One hand turns the hinge of an object up to an angle."""
+
+    open: str
+    """Which object."""
+
     @property
     def object(self) -> str:
         """The object that it is about."""
@@ -51,23 +57,13 @@ class OpenStep:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CloseStep:
-    """One hand turns the hinge of an object back; the one that holds it, if one does."""
+class CloseStep(HingeStep):
+    """One hand turns the hinge of an object back."""
 
     close: str
     """Which object."""
     to: float = 0.0
     """Hinge angle to reach [rad]."""
-    hand: Side | None = None
-    """Which hand; the one that holds it, or any that is free, by default."""
-    hold: bool = False
-    """Whether it stays on the object afterwards."""
-    tolerance: float = 0.2
-    """Distance from the angle that counts as there [rad]."""
-
-    def __post_init__(self) -> None:
-        require_not_negative(self, "to")
-        require_positive(self, "tolerance")
 
     @property
     def object(self) -> str:

@@ -11,7 +11,7 @@ from artigrasp.controllers.controller import (
     pd_ik_controller,
 )
 from artigrasp.controllers.cross_entropy import CrossEntropySettings
-from artigrasp.controllers.policy_file import load_policy
+from artigrasp.controllers.policy_file import PolicyFile, load_policy
 from artigrasp.controllers.search import SearchController
 from artigrasp.controllers.skills import Team
 from artigrasp.errors import UserError, unknown
@@ -32,24 +32,42 @@ def load_controller(
     search: int = 0,
     seed: int = 0,
 ) -> Controller:
+    """Make a controller, of policy files if it needs some; see :func:`make_controller`.
+
+    Raises:
+        UserError: The name is unknown, or a policy file is missing or unfit.
+    """
+    read, grasps = (None if each is None else load_policy(each) for each in (policy, grasp_policy))
+    return make_controller(name, task=task, policy=read, grasp_policy=grasps, search=search, seed=seed)
+
+
+def make_controller(
+    name: str,
+    *,
+    task: TaskConfig,
+    policy: PolicyFile | None = None,
+    grasp_policy: PolicyFile | None = None,
+    search: int = 0,
+    seed: int = 0,
+) -> Controller:
     """Make a controller.
 
     Args:
         name: One of ``CONTROLLERS``; ``search`` is a search around PD+IK.
         task: Scene of a controller that has no policy; a policy brings its own task.
-        policy: Policy file of the controller ``policy``.
+        policy: Policy of the controller ``policy``.
         grasp_policy: One that takes its place in the phases of a sequence in which objects are grasped and carried.
         search: Rollouts of a search around the controller, see :class:`SearchController`; 0 for none, which for the
             controller ``search`` means ``SEARCH_ROLLOUTS``.
         seed: Of a search.
 
     Raises:
-        UserError: The name is unknown, or the policy file is missing or unfit.
+        UserError: The name is unknown, or there is no policy for the controller ``policy``, or two that do not fit.
     """
     rollouts = search
     controller: Controller
     if name == "policy":
-        controller = _load_policies(policy, grasp_policy)
+        controller = _acting(policy, grasp_policy)
     elif name == "pd-ik":
         controller = pd_ik_controller(task)
     elif name == "d-grasp":
@@ -67,9 +85,8 @@ def load_controller(
     return SearchController(controller, CrossEntropySettings(rollouts=rollouts), seed=seed)
 
 
-def _load_policies(policy: Path | None, grasp_policy: Path | None) -> Controller:
-    files = [each for each in (policy, grasp_policy) if each is not None]
-    if not files:
+def _acting(policy: PolicyFile | None, grasp_policy: PolicyFile | None) -> Controller:
+    acting = [PolicyController(each) for each in (policy, grasp_policy) if each is not None]
+    if not acting:
         raise UserError("controller: 'policy' needs a policy file: name one with --policy")
-    loaded = [PolicyController(load_policy(each)) for each in files]
-    return loaded[0] if len(loaded) == 1 else Team({"articulate": loaded[0], "grasp": loaded[1]})
+    return acting[0] if len(acting) == 1 else Team({"articulate": acting[0], "grasp": acting[1]})

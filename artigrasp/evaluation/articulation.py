@@ -13,7 +13,8 @@ from artigrasp.environment.environment import Environment
 from artigrasp.environment.measuring import OPENED_ANGLE
 from artigrasp.environment.worlds import planned_worlds
 from artigrasp.errors import UserError
-from artigrasp.evaluation.experiment import Experiment, Metric, Outcomes, Trials
+from artigrasp.evaluation.experiment import Experiment, Metric, Trials
+from artigrasp.evaluation.outcomes import HingeOutcomes
 from artigrasp.evaluation.quality import QualityRecorder
 from artigrasp.evaluation.sequences import object_indices, play_trials, played_references
 from artigrasp.references.reference import ReferenceSet
@@ -34,12 +35,10 @@ STRICT_TILT_LIMIT = 0.3
 
 
 @dataclass(frozen=True)
-class ArticulationOutcomes(Outcomes):
+class ArticulationOutcomes(HingeOutcomes):
     """What happened in each articulation trial; every array has the shape [trial]."""
 
-    goal_angle: NDArray[np.float64]
     initial_angle: NDArray[np.float64]
-    final_angle: NDArray[np.float64]
     opened_once: NDArray[np.bool_]
     """Whether the angle changed by more than 0.3 rad at any step."""
     mean_displacement: NDArray[np.float64]
@@ -48,11 +47,6 @@ class ArticulationOutcomes(Outcomes):
     final_displacement: NDArray[np.float64]
     max_tilt: NDArray[np.float64]
     """Largest angle between the vertical and where the direction that was up at the start points [rad]."""
-
-    @property
-    def angle_error(self) -> NDArray[np.float64]:
-        """|goal − final angle| [rad]."""
-        return np.asarray(np.abs(self.goal_angle - self.final_angle))
 
     @property
     def cause(self) -> NDArray[np.str_]:

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from artigrasp.errors import UserError
-from artigrasp.evaluation.experiment import CRITERIA, Experiment, group_numbers
+from artigrasp.evaluation.experiment import CRITERIA, Experiment
+from artigrasp.evaluation.outcomes import group_numbers
 from artigrasp.evaluation.protocols import EXPERIMENTS
 from artigrasp.evaluation.report import METRICS_FORMAT, METRICS_VERSION, format_estimate, markdown_table
 from artigrasp.evaluation.statistics import Estimate, estimate_mean

@@ -15,7 +15,8 @@ from artigrasp.controllers.search import Objective
 from artigrasp.environment.measuring import REACHED_DISTANCE, REACHED_TURN
 from artigrasp.environment.worlds import planned_worlds
 from artigrasp.errors import UserError
-from artigrasp.evaluation.experiment import Experiment, Metric, Outcomes, Trials
+from artigrasp.evaluation.experiment import Experiment, Metric, Trials
+from artigrasp.evaluation.outcomes import HingeOutcomes, PoseOutcomes
 from artigrasp.evaluation.sequences import (
     first_failures,
     object_indices,
@@ -47,7 +48,7 @@ LOST_DISTANCE, LOST_ANGLE = 1.0, 2.0
 
 
 @dataclass(frozen=True)
-class ComposedOutcomes(Outcomes):
+class ComposedOutcomes(HingeOutcomes, PoseOutcomes):
     """What happened in each trial of the composed task; every array has the shape [trial]."""
 
     grouping: ClassVar[tuple[tuple[str, ...], ...]] = (("object", "reference"), ("object", "articulation"))
@@ -55,15 +56,8 @@ class ComposedOutcomes(Outcomes):
     articulation: NDArray[np.int64]
     """Index among the object's articulation references of the split; ``reference`` is that of the grasp."""
     articulation_source: NDArray[np.str_]
-    goal_angle: NDArray[np.float64]
-    """Target of the hinge [rad]."""
-    final_angle: NDArray[np.float64]
-    position_error: NDArray[np.float64]
-    """Distance of the base from its target at the end [m]."""
-    rotation_error: NDArray[np.float64]
-    """Angle between the base and its target at the end [rad]."""
     least_position_error: NDArray[np.float64]
-    """The least such distance of any step [m]."""
+    """The least distance of the base from its target at any step [m]."""
     least_rotation_error: NDArray[np.float64]
     least_angle_error: NDArray[np.float64]
     failed_phase: NDArray[np.str_]
@@ -73,11 +67,6 @@ class ComposedOutcomes(Outcomes):
     def cause(self) -> NDArray[np.str_]:
         """What went wrong first."""
         return np.where(self.failed, "physics", self.failed_phase)
-
-    @property
-    def angle_error(self) -> NDArray[np.float64]:
-        """|goal − final angle| [rad]."""
-        return np.asarray(np.abs(self.goal_angle - self.final_angle))
 
 
 def paper_success(outcomes: ComposedOutcomes) -> NDArray[np.bool_]:
@@ -183,8 +172,7 @@ def run_trials(
 
 
 def _reached(outcomes: ComposedOutcomes, angle: float) -> NDArray[np.bool_]:
-    at_pose = (outcomes.position_error < REACHED_DISTANCE) & (outcomes.rotation_error < REACHED_TURN)
-    return np.asarray(at_pose & (outcomes.angle_error < angle) & ~outcomes.failed)
+    return np.asarray(outcomes.at_pose & (outcomes.angle_error < angle) & ~outcomes.failed)
 
 
 def _row_of_kind(references: ReferenceSet, row: int) -> int:

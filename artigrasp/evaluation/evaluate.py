@@ -22,7 +22,8 @@ from artigrasp.controllers.search import FoundOffsets, SearchController
 from artigrasp.controllers.skills import with_skills
 from artigrasp.environment.tables import PHASE_LIMITS
 from artigrasp.errors import UserError
-from artigrasp.evaluation.experiment import Experiment, O, Outcomes, Trials
+from artigrasp.evaluation.experiment import Experiment, O, Trials
+from artigrasp.evaluation.outcomes import Outcomes
 from artigrasp.kernels.layout import HANDS
 from artigrasp.references.reference import ReferenceSet
 

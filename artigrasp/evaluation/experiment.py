@@ -1,8 +1,8 @@
 """What an experiment is: trials, what happened in them, what counts as success, and what is reported."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
-from typing import Any, ClassVar, Generic, Protocol, Self, TypeVar
+from dataclasses import dataclass
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from artigrasp.config import PhaseConfig, SimulatorConfig
 from artigrasp.config.task import Kind
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.search import Objective
-from artigrasp.evaluation.quality import area_under_curve
+from artigrasp.evaluation.outcomes import Outcomes
 from artigrasp.evaluation.statistics import Estimate, estimate_mean, estimate_rate
 from artigrasp.references.reference import ReferenceSet
 
@@ -46,81 +46,6 @@ class Trials:
             count = min(per_object, len(rows))
             chosen.append(rows[np.arange(count) * len(rows) // count])
         return self[np.concatenate(chosen)]
-
-
-@dataclass(frozen=True)
-class Outcomes:
-    """What happened in each trial; every array is indexed [trial, ...]."""
-
-    grouping: ClassVar[tuple[tuple[str, ...], ...]] = (("object", "reference"),)
-    """For every kind of reference that a trial has, the fields that name it."""
-
-    object: NDArray[np.str_]
-    reference: NDArray[np.int64]
-    """Index among the object's references of the kind and split, as `artigrasp generate --reference` counts."""
-    source: NDArray[np.str_]
-    """Where the reference came from."""
-    failed: NDArray[np.bool_]
-    """Whether the physics failed; such a trial never counts as success, and its errors are those measured before."""
-    base_distance: NDArray[np.float64]
-    """Mean distance of the base's vertices from where the target has them, at the end (ADD) [m]."""
-    articulated_distance: NDArray[np.float64]
-    """The same of the articulated part."""
-    penetration: NDArray[np.float64]
-    """Deepest overlap of a hand's collision shapes and the object's surface, mean over the episode [m]."""
-    jerk: NDArray[np.float64]
-    """Norm of the third derivative of the hands' keypoints, mean over keypoints and episode [m/s³]."""
-    contact_consistency: NDArray[np.float64]
-    """Of the links that touch the object at either of two control steps, the share that do at both, mean from the
-    first contact on."""
-
-    @property
-    def cause(self) -> NDArray[np.str_]:
-        """What went wrong in a trial that did not succeed, empty where that is not known."""
-        return np.where(self.failed, "physics", "")
-
-    @property
-    def base_auc(self) -> NDArray[np.float64]:
-        """ADD-AUC of the base up to 0.1 m."""
-        return area_under_curve(self.base_distance)
-
-    @property
-    def articulated_auc(self) -> NDArray[np.float64]:
-        """ADD-AUC of the articulated part up to 0.1 m."""
-        return area_under_curve(self.articulated_distance)
-
-    @property
-    def groups(self) -> NDArray[np.int64]:
-        """Numbers of the references that a trial shares with others, one of each kind, [trial, kind]."""
-        return group_numbers([[getattr(self, name) for name in names] for names in self.grouping])
-
-    @property
-    def reference_count(self) -> int:
-        """Number of references in all trials."""
-        return int((self.groups.max(axis=0) + 1).sum())
-
-    def __len__(self) -> int:
-        return len(self.object)
-
-    def select(self, mask: NDArray[np.bool_]) -> Self:
-        """The trials where the mask is true."""
-        return type(self)(**{name: value[mask] for name, value in self.columns().items()})
-
-    @classmethod
-    def join(cls, parts: Sequence[Self]) -> Self:
-        """The trials of several, one after the other."""
-        columns = [part.columns() for part in parts]
-        return cls(**{name: np.concatenate([each[name] for each in columns]) for name in columns[0]})
-
-    def columns(self) -> dict[str, NDArray[Any]]:
-        """Every array by its name."""
-        return {each.name: getattr(self, each.name) for each in fields(self)}
-
-
-def group_numbers(kinds: Sequence[Sequence[NDArray[Any]]]) -> NDArray[np.int64]:
-    """Numbers from zero on, alike where all columns of a kind are, [trial, kind]."""
-    numbers = [np.unique(np.rec.fromarrays(columns), return_inverse=True)[1].reshape(-1) for columns in kinds]
-    return np.stack(numbers, axis=1)
 
 
 O = TypeVar("O", bound=Outcomes)  # noqa: E741

@@ -15,7 +15,8 @@ from artigrasp.controllers.search import Objective
 from artigrasp.environment.measuring import LIFTED_HEIGHT, REACHED_DISTANCE, REACHED_TURN
 from artigrasp.environment.worlds import DRAW_GOAL, planned_worlds
 from artigrasp.errors import UserError
-from artigrasp.evaluation.experiment import Experiment, Metric, Outcomes, Trials
+from artigrasp.evaluation.experiment import Experiment, Metric, Trials
+from artigrasp.evaluation.outcomes import PoseOutcomes
 from artigrasp.evaluation.sequences import (
     first_failures,
     object_indices,
@@ -37,17 +38,13 @@ TARGET_TURN = 0.3
 
 
 @dataclass(frozen=True)
-class GraspOutcomes(Outcomes):
+class GraspOutcomes(PoseOutcomes):
     """What happened in each grasping trial; every array has the shape [trial]."""
 
     target_height: NDArray[np.float64]
     """Height of the target over the start [m]."""
     lift: NDArray[np.float64]
     """Height of the base over its start at the end [m]."""
-    position_error: NDArray[np.float64]
-    """Distance of the base from its target at the end [m]."""
-    rotation_error: NDArray[np.float64]
-    """Angle between the base and its target at the end [rad]."""
     turn: NDArray[np.float64]
     """Angle between the base and its start at the end [rad]: what the authors' script takes for the angle error."""
     grasp_outcome: NDArray[np.str_]
@@ -69,8 +66,7 @@ def paper_success(outcomes: GraspOutcomes) -> NDArray[np.bool_]:
 
 def strict_success(outcomes: GraspOutcomes) -> NDArray[np.bool_]:
     """Lifted, and at its target."""
-    reached = (outcomes.position_error < REACHED_DISTANCE) & (outcomes.rotation_error < REACHED_TURN)
-    return np.asarray(paper_success(outcomes) & reached)
+    return np.asarray(paper_success(outcomes) & outcomes.at_pose)
 
 
 def draw_targets(references: Sequence[ReferenceSet], seed: int, count: int = TARGET_COUNT) -> Trials:

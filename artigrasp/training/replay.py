@@ -8,6 +8,7 @@ eyes of one critic, drawn for each row: Thompson sampling.
 
 import copy
 import itertools
+from collections.abc import Mapping
 from typing import Any
 
 import torch
@@ -167,6 +168,12 @@ class Replay:
                 group["lr"] = rate
         self._memory = [tuple(state["memory"][name] for name in COLUMNS)]
         self.iteration = int(state["iteration"])
+
+    def remember(self, memory: Mapping[str, torch.Tensor]) -> None:
+        """Take what others have tried, the ``COLUMNS``, for all that was, and see features as they come there."""
+        observations = TensorDict({OBSERVATION_GROUP: memory["observation"]}, batch_size=len(memory["reward"]))
+        self.actor.update_normalization(observations)
+        self._memory = [tuple(memory[name] for name in COLUMNS)]
 
     def learn_on_from_actor(self) -> None:
         """Learn on from the weights that the actor was given: no random decisions before that."""

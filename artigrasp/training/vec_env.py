@@ -132,10 +132,9 @@ class HandVecEnv(VecEnv):
 
     def state_dict(self) -> dict[str, Any]:
         """What :meth:`load_state_dict` needs: little between episodes, all worlds in the middle of some."""
-        state: dict[str, Any] = {
-            "episode": torch.from_numpy(self.environment.episode.numpy().copy()),
-            "failure_rate": torch.from_numpy(self._failure_rate.copy()),
-        }
+        state: dict[str, Any] = {"episode": torch.from_numpy(self.environment.episode.numpy().copy())}
+        if self.task.practice:
+            state["failure_rate"] = torch.from_numpy(self._failure_rate.copy())
         if bool(self.episode_length_buf.any()):
             worlds = take_snapshot(self.environment)
             state["worlds"] = {name: torch.from_numpy(values) for name, values in worlds.items()}
@@ -149,8 +148,9 @@ class HandVecEnv(VecEnv):
         Raises:
             KeyError, RuntimeError, ValueError: That one was of other worlds.
         """
-        self._failure_rate[:] = state["failure_rate"].numpy()
-        self._weigh_references()
+        if self.task.practice:
+            self._failure_rate[:] = state["failure_rate"].numpy()
+            self._weigh_references()
         if "worlds" not in state:
             # the reset counts one more
             self.environment.episode.assign(state["episode"].numpy() - 1)
@@ -175,8 +175,9 @@ class HandVecEnv(VecEnv):
         sound = self._failure == 0
         total = torch.stack([sums[worlds & sound].sum(dim=2) for sums in self._term_sums]).sum(dim=0)
         self._returns.setdefault("Episode/reward", []).extend(total.flatten().tolist())
-        reached = np.where(articulates, summary["success"], sum(grasped.values()))
-        self._note_outcomes(reference[ended], reached[ended])
+        if self.task.practice:
+            reached = np.where(articulates, summary["success"], sum(grasped.values()))
+            self._note_outcomes(reference[ended], reached[ended])
         for sums, (names, _) in zip(self._term_sums, self._terms, strict=True):
             for name, values in zip(names, sums[worlds & sound].mean(dim=1).T, strict=True):
                 self._returns.setdefault(f"Reward/{name}", []).extend(values.tolist())

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from artigrasp.config import SimulatorConfig
-from artigrasp.controllers.library import SEARCH_ROLLOUTS, load_controller
+from artigrasp.controllers.library import SEARCH_ROLLOUTS, make_controller
 from artigrasp.controllers.policy_file import load_policy
 from artigrasp.errors import UserError
 from artigrasp.motion.generate import generate
@@ -74,18 +74,18 @@ def fulfil(
     references = load_references(wish.object)
     reference = references.select(split=SPLIT, kind="articulate", indices=wish.reference)
     whole: dict[str, Any] = {}
-    policy = None if wish.actor in BASELINES else policies.get(wish.actor)
-    if wish.actor not in BASELINES and policy is None:
+    if wish.actor not in BASELINES and wish.actor not in policies:
         raise UserError(f"no policy {wish.actor!r} any more")
+    policy = None if wish.actor in BASELINES else load_policy(policies[wish.actor])
     name = BASELINES.get(wish.actor, "policy")
     if wish.what == OPEN:
-        task = get_task("right-fixed") if policy is None else load_policy(policy).task
+        task = get_task("right-fixed") if policy is None else policy.task
     else:
         task = get_task("both-free")
         reference = _pair(references, reference, wish)
         turn = (0.0, 0.0, math.sin(wish.yaw / 2), math.cos(wish.yaw / 2))
         whole = {"sequence": SEQUENCES[SEQUENCE_OF[wish.what]], "target_offset": (*wish.shift, 0.0, *turn)}
-    controller = load_controller(name, task=task, policy=policy, seed=wish.seed)
+    controller = make_controller(name, task=task, policy=policy, seed=wish.seed)
     phases = whole.get("sequence", ())
     steps = sum(each.most_steps for each in phases) if phases else controller.task.episode_steps
     return generate(

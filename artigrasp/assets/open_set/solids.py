@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from artigrasp.assets.object_model import Array, Indices, Mesh
@@ -347,8 +347,3 @@ def _convex_runs(profile: Sequence[tuple[float, float]], most: int = 4) -> list[
         else:
             runs.append([(r1, z1), section])
     return runs
-
-
-def points_of(solids: Sequence[Solid]) -> NDArray[np.float64]:
-    """Where solids are seen to be [m], shape (N, 3)."""
-    return np.concatenate([solid.shown.vertices for solid in solids])
