@@ -5,7 +5,8 @@
 
 Every task gets the same number of control steps in the same number of worlds, and is then measured by `artigrasp
 evaluate articulation` in one scene. The first task is what the others are compared with. Trainings and evaluations that
-are done are not done again, and one that was stopped goes on; seeds come one after the other, so that there is
+are done are not done again, and one that was stopped goes on, but not where settings.json says that the folder is of
+other objects, control steps, worlds, scene or goal angles; seeds come one after the other, so that there is
 something to compare early. Writes comparison.md and comparison.png into the folder, and prints the table. Where a
 success has an interval, it is over the trials of all seeds, counting references; how far seeds differ is
 shown by itself.
@@ -27,12 +28,15 @@ from artigrasp.errors import UserError
 from artigrasp.evaluation.comparison import Run, load_run
 from artigrasp.evaluation.report import format_estimate, markdown_table
 from artigrasp.evaluation.statistics import Estimate, estimate_mean, estimate_rate
-from artigrasp.files import atomic_write
+from artigrasp.files import atomic_write, read_json
 from artigrasp.tasks import get_task
 from artigrasp.training.run_folder import read_run_description
 from artigrasp.training.runner import CHECKPOINT, POLICY
 
 PROGRAM = str(Path(sys.executable).with_name("artigrasp"))
+FORMAT, VERSION = "artigrasp.ablations", 1
+SETTINGS = ("objects", "control_steps", "worlds", "scene", "goal_angles")
+"""Options that everything in a folder shares; tasks and seeds may be added to it."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +70,24 @@ class Measured:
 
     def _groups(self) -> NDArray[np.str_]:
         return np.tile(self.reference, len(self.seeds))
+
+
+def keep_settings(options: argparse.Namespace) -> None:
+    """Note what a folder's trainings and evaluations share.
+
+    Raises:
+        UserError: It has been begun otherwise.
+    """
+    path, asked = options.out / "settings.json", {name: getattr(options, name) for name in SETTINGS}
+    if path.is_file():
+        found = read_json(path, FORMAT, VERSION, "settings of ablations")
+        for name, value in asked.items():
+            if found.get(name) != value:
+                raise UserError(f"{path}: {name}: expected {value}, found {found.get(name)}: choose another --out")
+        return
+    with atomic_write(path) as temporary:
+        content = {"format": FORMAT, "version": VERSION, **asked}
+        temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
 def train(task: str, seed: int, options: argparse.Namespace) -> Path:
@@ -157,6 +179,7 @@ def main() -> None:
     options = parser.parse_args()
     done: dict[str, list[tuple[Path, Run]]] = {task: [] for task in options.tasks}
     try:
+        keep_settings(options)
         for seed in options.seeds:
             for task in options.tasks:
                 folder = train(task, seed, options)

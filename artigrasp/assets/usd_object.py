@@ -6,6 +6,7 @@ import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdPhysics, Vt
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from artigrasp.assets.foreign_stage import foreign_stage
 from artigrasp.assets.imported_object import (
     Colour,
     ImportedObject,
@@ -15,7 +16,6 @@ from artigrasp.assets.imported_object import (
     revolute_pose,
 )
 from artigrasp.assets.object_model import Array, Mesh
-from artigrasp.assets.usd_stage import open_stage
 from artigrasp.errors import UserError
 
 _UPRIGHT = {UsdGeom.Tokens.z: Rotation.identity(), UsdGeom.Tokens.y: Rotation.from_euler("x", 90, degrees=True)}
@@ -33,7 +33,11 @@ def read_usd_object(path: Path, root: Path | None = None) -> ImportedObject:
         UserError: it is no USD, refers to files outside the folder, or is no object of two bodies on one hinge; says
             what was found.
     """
-    stage = open_stage(path, root)
+    with foreign_stage(path, root) as stage:
+        return _read_stage(stage, path)
+
+
+def _read_stage(stage: Usd.Stage, path: Path) -> ImportedObject:
     unit, up = UsdGeom.GetStageMetersPerUnit(stage), UsdGeom.GetStageUpAxis(stage)
     if up not in _UPRIGHT or not 0 < unit < np.inf:
         raise UserError(f"{path}: expected y or z up, and a positive unit of length, found {up} and {unit} m")
@@ -43,7 +47,7 @@ def read_usd_object(path: Path, root: Path | None = None) -> ImportedObject:
         raise UserError(f"{path}: joints: expected one PhysicsRevoluteJoint, the hinge, found {found}")
     hinge = UsdPhysics.RevoluteJoint(hinges[0])
     bodies = [_body(stage, path, hinges[0], end) for end in ("body0", "body1")]
-    frames = [_joint_frame(hinge, end) for end in (0, 1)]
+    frames = [_joint_frame(hinge, end, path) for end in (0, 1)]
     limits = hinge.GetLowerLimitAttr().Get(), hinge.GetUpperLimitAttr().Get()
     if not all(limit is not None and np.isfinite(limit) for limit in limits) or not limits[0] < limits[1]:
         raise UserError(
@@ -56,7 +60,7 @@ def read_usd_object(path: Path, root: Path | None = None) -> ImportedObject:
         raise UserError(f"{path}: {hinges[0].GetPath()}.physics:axis: expected X, Y or Z, found {name}")
     axis: Array = np.eye(3)["XYZ".index(name)]
     # How the base stands in the stage, which says what is up; its place does not matter.
-    standing = _UPRIGHT[up] * _world_pose(bodies[0]).rotation
+    standing = _UPRIGHT[up] * _world_pose(bodies[0], path).rotation
     to_base = RigidTransform.from_rotation(standing)
     from_articulated = frames[0] * revolute_pose(np.zeros(3), axis, closed) * frames[1].inv()
     poses = to_base, to_base * _scaled(from_articulated, unit)
@@ -81,28 +85,28 @@ def _body(stage: Usd.Stage, path: Path, hinge: Usd.Prim, end: str) -> Usd.Prim:
     return prim
 
 
-def _joint_frame(joint: UsdPhysics.RevoluteJoint, end: int) -> RigidTransform:
+def _joint_frame(joint: UsdPhysics.RevoluteJoint, end: int, path: Path) -> RigidTransform:
     """The joint's frame in one of its bodies, in units of the stage."""
     position = (joint.GetLocalPos0Attr() if end == 0 else joint.GetLocalPos1Attr()).Get() or Gf.Vec3f(0)
     turn = (joint.GetLocalRot0Attr() if end == 0 else joint.GetLocalRot1Attr()).Get() or Gf.Quatf(1)
-    return _rigid(position, turn, joint.GetPrim())
+    return _rigid(position, turn, joint.GetPrim(), path)
 
 
-def _world_pose(prim: Usd.Prim) -> RigidTransform:
+def _world_pose(prim: Usd.Prim, path: Path) -> RigidTransform:
     matrix = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.Default()).RemoveScaleShear()
-    return _rigid(matrix.ExtractTranslation(), matrix.ExtractRotationQuat(), prim)
+    return _rigid(matrix.ExtractTranslation(), matrix.ExtractRotationQuat(), prim, path)
 
 
-def _rigid(position: Gf.Vec3f | Gf.Vec3d, turn: Gf.Quatf | Gf.Quatd, prim: Usd.Prim) -> RigidTransform:
-    """Position and orientation of a prim.
+def _rigid(position: Gf.Vec3f | Gf.Vec3d, turn: Gf.Quatf | Gf.Quatd, prim: Usd.Prim, path: Path) -> RigidTransform:
+    """Position and orientation of a prim of a file.
 
     Raises:
         UserError: They are none.
     """
     numbers = np.array([*position, *turn.GetImaginary(), turn.GetReal()], float)
     if not np.isfinite(numbers).all() or not np.linalg.norm(numbers[3:]) > 1e-6:
-        place = f"{prim.GetStage().GetRootLayer().identifier}: {prim.GetPath()}"
-        raise UserError(f"{place}: expected a position and an orientation, found {position} and {turn}")
+        found = f"{position} and {turn}"
+        raise UserError(f"{path}: {prim.GetPath()}: expected a position and an orientation, found {found}")
     return RigidTransform.from_components(numbers[:3], Rotation.from_quat(numbers[3:]))
 
 
@@ -112,7 +116,7 @@ def _scaled(pose: RigidTransform, unit: float) -> RigidTransform:
 
 def _read_part(body: Usd.Prim, pose: RigidTransform, unit: float, path: Path) -> ImportedPart:
     """The meshes below a body: those with a collision schema collide, others and those that are no guides are seen."""
-    in_body = _world_pose(body).inv()
+    in_body = _world_pose(body, path).inv()
     shown: list[tuple[Mesh, Colour | None]] = []
     solid: list[Mesh] = []
     for prim in Usd.PrimRange(body, Usd.TraverseInstanceProxies()):

@@ -238,8 +238,11 @@ class Runner:
             self.env.load_state_dict(own["environment"])
             self.cpu_time = float(policy.learner["cpu_time"])
         except (AttributeError, KeyError, RuntimeError, TypeError, ValueError) as error:
-            detail = str(error).splitlines()[0]
-            raise UserError(f"{path}: expected the state of this run's learner, found another: {detail}") from error
+            detail = f"no {error}" if isinstance(error, KeyError) else str(error).splitlines()[0]
+            raise UserError(
+                f"{path}: expected the state of this run's learner, found another, perhaps an older version's: "
+                f"{detail}; --start-from begins a new run with its networks"
+            ) from error
         self.iteration, self.control_steps, self.wall_time = policy.iteration, policy.control_steps, policy.wall_time
         self.curve = [point for point in read_curve(self.folder) if point.iteration <= self.iteration]
         self.evaluations = [point for point in read_evaluations(self.folder) if point.iteration <= self.iteration]

@@ -2,6 +2,7 @@
 
 import os
 import re
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -140,7 +141,7 @@ def test_an_object_of_the_release_is_read_as_the_import_reads_it(tmp_path: Path)
     ("old", "new", "message"),
     [
         ("int[] faceVertexIndices = ", "int[] nothing = ", "expected points and faces of them"),
-        ("point3f[] points = ", "double points = 1 # ", "expected points and faces of them"),
+        ("point3f[] points = ", "double points = 1 # ", "it holds values of other types than it says"),
         ("[4, 4, 4, 4, 4, 4]", "[30, -2, -1, -1, -1, -1]", "expected points and faces of them"),
         ("(-0.15, ", "(nan, ", "expected points and faces of them"),
         ('upAxis = "Z"', 'upAxis = "X"', "expected y or z up, and a positive unit of length, found X"),
@@ -160,3 +161,17 @@ def test_usd_with_numbers_that_cannot_be(old: str, new: str, message: str, tmp_p
     with pytest.raises(UserError, match=message) as caught:
         make_imported(read_usd_object(path), "case", tmp_path / "out.usda")
     assert str(caught.value).startswith(str(path)) and "\n" not in str(caught.value)
+
+
+def test_usd_that_breaks_its_reader_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the process that opens it is ended, for the time or the memory that it takes, one line names the file."""
+    path = tmp_path / "case.usdc"
+    foreign_usd(path, "Z", 1.0)
+    assert read_usd_object(path).hinge_upper > 1.0
+    program = "import os, signal; os.kill(os.getpid(), signal.SIGXCPU)"
+    end = tmp_path / "python"
+    end.write_text(f"#!{sys.executable}\n{program}\n")
+    end.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(end))
+    with pytest.raises(UserError, match=r"case\.usdc: cannot read this as USD: it takes too long"):
+        read_usd_object(path)

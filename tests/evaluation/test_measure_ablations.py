@@ -1,13 +1,15 @@
 """Tasks side by side, with several seeds each."""
 
+import argparse
 import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from artigrasp.errors import UserError
 from artigrasp.evaluation.comparison import Run
-from tools.measure_ablations import Measured, gather, plot, table
+from tools.measure_ablations import Measured, gather, keep_settings, plot, table
 
 
 def run(folder: Path, successes: list[bool]) -> Run:
@@ -48,3 +50,16 @@ def test_the_table_says_what_each_seed_did(tmp_path: Path) -> None:
     assert "0.000" in lines[3] and "-1.000" in lines[3]
     plot(rows, tmp_path / "comparison.png")
     assert (tmp_path / "comparison.png").stat().st_size > 1000
+
+
+def test_a_folder_is_of_one_comparison(tmp_path: Path) -> None:
+    """Trainings that were longer, or goals that were others, would be compared as if they were alike."""
+    options = argparse.Namespace(
+        out=tmp_path, objects=["box"], control_steps=1000, worlds=8, scene="both-free", goal_angles=[1.0], seeds=[0]
+    )
+    keep_settings(options)
+    options.seeds = [0, 1]
+    keep_settings(options)
+    options.control_steps = 2000
+    with pytest.raises(UserError, match=r"settings\.json: control_steps: expected 2000, found 1000: choose another"):
+        keep_settings(options)

@@ -197,7 +197,11 @@ def test_the_learner_has_the_papers_settings(tmp_path: Path) -> None:
         ({"objects": ("box",)}, "objects: expected lidded-box, found box"),
         ({"hand": "mano"}, "hand: expected open, found mano"),
         ({"learner": None}, "expected a checkpoint with the learner's state, found a policy for inference"),
-        ({"learner": {}}, "expected the state of this run's learner, found another: 'processes'"),
+        (
+            {"learner": {}},
+            "expected the state of this run's learner, found another, perhaps an older version's: no 'processes'; "
+            "--start-from begins a new run with its networks",
+        ),
     ],
 )
 def test_what_is_no_checkpoint_of_the_run_is_refused(tmp_path: Path, changes: dict, message: str) -> None:
