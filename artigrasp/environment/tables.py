@@ -145,12 +145,11 @@ def reset_settings(config: ResetConfig, noise: bool) -> resets.ResetSettings:
 
 
 def reward_weights(config: RewardConfig) -> rewards.RewardWeights:
-    """The paper's weights; one weight serves the wrist's linear and angular velocity, as in the paper."""
+    """The kernel's weights; one weight serves the wrist's linear and angular velocity, as in the paper."""
     weights = rewards.RewardWeights()
-    for name in ("keypoint", "fingertip", "pose", "contact", "force", "force_cap", "object_velocity", "angle"):
-        setattr(weights, name, getattr(config, name))
-    weights.hand_linear_velocity = weights.hand_angular_velocity = config.hand_velocity
-    weights.displacement = config.displacement
+    for name in rewards.RewardWeights.vars:
+        of_wrist = name in ("hand_linear_velocity", "hand_angular_velocity")
+        setattr(weights, name, getattr(config, "hand_velocity" if of_wrist else name))
     return weights
 
 
