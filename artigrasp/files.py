@@ -87,7 +87,17 @@ def check_target(path: str | os.PathLike[str]) -> None:
     path = Path(path)
     if path.is_dir():
         raise UserError(f"{path}: expected a file to write, found a folder")
-    nearest = next(parent for parent in path.absolute().parents if parent.exists())
+    check_folder(path.absolute().parent)
+
+
+def check_folder(folder: Path) -> None:
+    """Refuse a folder that could not be made or written to, before the work whose files it is to hold; nothing is made.
+
+    Raises:
+        UserError: It is a file or below one, or cannot be written to.
+    """
+    folder = folder.absolute()
+    nearest = next(each for each in (folder, *folder.parents) if each.exists())
     if not nearest.is_dir():
         raise UserError(f"{nearest}: expected a folder to write to, found a file")
     if not os.access(nearest, os.W_OK):

@@ -10,6 +10,7 @@ from artigrasp.cli.policies import policies_for
 from artigrasp.cli.progress import progress_bar
 from artigrasp.cli.warp_start import start_warp
 from artigrasp.config import SimulatorConfig
+from artigrasp.files import check_folder
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,7 @@ def run(options: Options) -> int:
     """Measure, generate, export and render."""
     from artigrasp.references.reference import join_references, load_references
 
+    check_folder(options.out)
     references = load_references(options.object)
     policies = policies_for(options.object)
     start_warp()

@@ -16,7 +16,7 @@ from artigrasp.cli.progress import progress_bar
 from artigrasp.cli.warp_start import start_warp
 from artigrasp.config import SimulatorConfig
 from artigrasp.errors import UserError
-from artigrasp.files import check_target
+from artigrasp.files import check_folder
 
 if TYPE_CHECKING:
     from artigrasp.controllers.controller import Controller
@@ -98,7 +98,7 @@ def run(options: Options) -> int:
 
     files = [None if each is None else find_policy(each) for each in (options.policy, options.grasp_policy)]
     references = [load_references(name) for name in options.objects]
-    check_target(options.out / "metrics.json")
+    check_folder(options.out)
     if options.per_object is not None and options.per_object < 1:
         raise UserError(f"per-object: expected a positive number, found {options.per_object}")
 

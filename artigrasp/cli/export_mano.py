@@ -7,6 +7,7 @@ from typing import Annotated
 import tyro
 
 from artigrasp.cli.output import show, show_json
+from artigrasp.files import check_target
 
 
 @dataclass(frozen=True)
@@ -36,9 +37,10 @@ def run(options: Options) -> int:
     from artigrasp.motion.file import load_motion
     from artigrasp.motion.mano import export_mano
 
+    path = options.out or options.motion.with_suffix(".mano.npz")
+    check_target(path)
     motion = load_motion(options.motion)
     mean_pose = load_mean_pose(mean_pose_path(import_root())) if options.mean_pose else None
-    path = options.out or options.motion.with_suffix(".mano.npz")
     export_mano(motion, path, mean_pose=mean_pose)
     if options.json:
         show_json({"path": str(path)})

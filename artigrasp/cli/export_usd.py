@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 import tyro
 
 from artigrasp.cli.output import show, show_json
+from artigrasp.files import check_target
 
 
 @dataclass(frozen=True)
@@ -38,8 +39,9 @@ def run(options: Options) -> int:
 
     if not options.motions:
         raise UserError("expected one or more motion files, found none")
-    start_warp()
     path = options.out or options.motions[0].with_suffix(".usdc")
+    check_target(path)
+    start_warp()
     export_usd([load_motion(motion) for motion in options.motions], path, rate=options.rate, hands=options.hands)
     if options.json:
         show_json({"path": str(path)})

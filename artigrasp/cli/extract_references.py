@@ -12,7 +12,7 @@ from artigrasp.cli.progress import progress_bar
 from artigrasp.cli.warp_start import start_warp
 from artigrasp.config import ExtractionConfig
 from artigrasp.errors import UserError
-from artigrasp.files import check_target
+from artigrasp.files import check_folder, check_target
 
 if TYPE_CHECKING:
     from artigrasp.assets.arctic import ArcticSource
@@ -69,6 +69,7 @@ def run(options: Options) -> int:
     from artigrasp.assets.arctic import find_source
 
     source = find_source(options.path)
+    check_folder(options.out)
     start_warp()
     from artigrasp.references.extracted_references import Selection, choose_recordings, extract_references
     from artigrasp.references.extraction import Extractor

@@ -9,6 +9,8 @@ import tyro
 
 from artigrasp.cli.output import show, show_json
 from artigrasp.cli.progress import progress_bar
+from artigrasp.errors import UserError
+from artigrasp.files import check_target
 
 
 @dataclass(frozen=True)
@@ -46,8 +48,6 @@ def run(options: Options) -> int:
     from artigrasp.assets.object import write_object
     from artigrasp.assets.urdf_object import read_urdf_object
     from artigrasp.assets.usd_object import read_usd_object
-    from artigrasp.errors import UserError
-    from artigrasp.files import check_target
 
     name = options.name or re.sub(r"[^a-z0-9]+", "-", options.file.stem.lower()).strip("-")
     if not re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", name) or name.startswith("open-"):

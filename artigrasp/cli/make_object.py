@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import tyro
 
 from artigrasp.cli.output import show, show_columns, show_json
+from artigrasp.files import check_target
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,7 @@ def run(options: Options) -> int:
     path = options.out or Path(f"{name}.usda")
     if path.suffix != ".usda":
         raise UserError(f"{path}: expected a name that ends in .usda")
+    check_target(path)
     write_object(make_open_object(category, options.seed, path))
     plan: Any = vary(CATEGORIES[category], options.seed)
     values = {field.name: getattr(plan, field.name) for field in fields(plan)}

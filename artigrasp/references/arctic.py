@@ -24,7 +24,7 @@ from artigrasp.assets.library import SUFFIX, AssetKind, import_root
 from artigrasp.assets.object import read_object, write_object
 from artigrasp.assets.skin_drawing import draw_skin
 from artigrasp.errors import UserError, unknown
-from artigrasp.files import remove_leftovers
+from artigrasp.files import check_folder, remove_leftovers
 from artigrasp.kernels.layout import HANDS, PARTS
 from artigrasp.references.arctic_labels import label_files, labelled_objects, read_labelled_frames
 from artigrasp.references.arctic_references import make_references
@@ -96,7 +96,9 @@ def import_arctic(
         processes = os.cpu_count() or 1
     elif processes < 1:
         raise UserError(f"expected at least 1 process, found {processes}")
-    run = _Import(source, import_root() if destination is None else destination, wanted, progress)
+    destination = import_root() if destination is None else destination
+    check_folder(destination)
+    run = _Import(source, destination, wanted, progress)
     run.make_hands(mano)
     run.make_objects([name for name in wanted if name in shaped], processes)
     run.make_references()

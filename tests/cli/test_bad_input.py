@@ -2,16 +2,23 @@
 
 import json
 import pickle
+import traceback
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from artigrasp.cli import main
+from artigrasp.cli.app import parse
 from artigrasp.config import to_dict
 from artigrasp.controllers.policy_file import save_policy
+from artigrasp.errors import UserError
+from artigrasp.motion.file import save_motion
 from artigrasp.tasks import get_task
+from tests.assets.foreign import foreign_urdf
 from tests.controllers.examples import example_policy
+from tests.motion.example import example_motion
+from tests.references.arctic_example import write_release
 
 VERBS = {
     "train": ["train", "quick"],
@@ -105,7 +112,7 @@ def test_a_policy_for_another_task(verb: str, work: Path, capfd: pytest.CaptureF
     """A task that is named along with a policy must be the policy's."""
     save_policy(example_policy(get_task("other")), work / "policy.pt")
     message = refusal([*VERBS[verb], "--policy", "policy.pt"], work, capfd)
-    assert message == "policy.pt: task: expected a policy for 'quick', found one for 'other'"
+    assert message == "task: expected 'other', for which the policy is, found 'quick'"
 
 
 @pytest.mark.parametrize("verb", ["evaluate", "generate"])
@@ -184,3 +191,40 @@ def test_a_file_where_a_folder_should_be(verb: str, work: Path, capfd: pytest.Ca
     out = "taken/motion.npz" if verb == "generate" else "taken"
     message = refusal([*VERBS[verb], "--out", out], work, capfd)
     assert message == f"{work / 'taken'}: expected a folder to write to, found a file"
+
+
+WRITING = {
+    "demo": "--out taken",
+    "import-arctic": "release --destination taken",
+    "extract-references": "release --out taken",
+    "refine-references": "lidded-box --out taken",
+    "synthesize-references": "lidded-box --out taken",
+    "make-object": "laptop --out taken/o.usda",
+    "import-object": "case.urdf --out taken/o.usda",
+    "train": "quick --out taken",
+    "evaluate": "articulation --controller zero --out taken",
+    "generate": "--out taken/m.npz",
+    "tell": "ketchup-into-box --out taken/m.npz",
+    "render objects": "lidded-box --out taken/o.png",
+    "render references": "lidded-box --out taken/r.png",
+    "render motion": "m.npz --out taken/m.mp4",
+    "export-usd": "m.npz --out taken/m.usdc",
+    "export-mano": "m.npz --out taken/m.mano.npz",
+    "export-policy": "lidded-box --out taken",
+}
+"""Every verb that writes, told to write below a file, where not even root can."""
+
+
+@pytest.mark.parametrize("verb", WRITING)
+def test_what_cannot_be_written_is_refused_before_the_work(verb: str, work: Path) -> None:
+    """The verb looks at the place first: it is not the writing that fails."""
+    (work / "taken").write_text("mine")
+    foreign_urdf(work)
+    write_release(work / "release")
+    save_motion(work / "m.npz", example_motion(sample_count=2))
+    before = sorted(work.rglob("*"))
+    module, options = parse([*verb.split(), *WRITING[verb].split()])
+    with pytest.raises(UserError, match=r"taken: expected a folder to write to, found a file") as caught:
+        module.run(options)
+    assert "atomic_write" not in [frame.name for frame in traceback.extract_tb(caught.tb)]
+    assert sorted(work.rglob("*")) == before
