@@ -23,8 +23,8 @@ from scipy.spatial.transform import Rotation
 from artigrasp.assets.hand import load_hand
 from artigrasp.assets.object import load_object
 from artigrasp.controllers.rollout import run_episode
+from artigrasp.environment.action_columns import action_count
 from artigrasp.environment.environment import Environment
-from artigrasp.environment.tables import action_count
 from artigrasp.environment.worlds import trial_worlds
 from artigrasp.kernels.layout import ARTICULATED, BASE, HANDS, LINK_COUNT, TIP_FINGERS, TIP_LINKS
 from artigrasp.references.reference import ReferenceSet, save_references

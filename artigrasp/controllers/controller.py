@@ -14,7 +14,7 @@ from artigrasp.config.task import MIRRORED, Side
 from artigrasp.controllers.mirror import mirror_actions, mirror_features
 from artigrasp.controllers.network import OBSERVATION_GROUP, observed_columns
 from artigrasp.controllers.policy_file import PolicyFile, make_actors
-from artigrasp.environment.tables import action_count
+from artigrasp.environment.action_columns import action_count
 
 
 class Controller(Protocol):

@@ -11,7 +11,7 @@ import functools
 import torch
 
 from artigrasp.config import ActionConfig
-from artigrasp.environment.tables import synergy_directions
+from artigrasp.environment.action_columns import synergy_directions
 from artigrasp.kernels.layout import DOF_COUNT, FEATURE_COUNT, FINGER_DOF_COUNT, feature_slice
 
 _SHIFT, _TURN = (-1.0, 1.0, 1.0), (1.0, -1.0, -1.0)

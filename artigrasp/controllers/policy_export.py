@@ -17,7 +17,7 @@ from artigrasp.controllers.controller import acting_network
 from artigrasp.controllers.mirror import mirror_actions, mirror_features
 from artigrasp.controllers.network import observed_columns
 from artigrasp.controllers.policy_file import PolicyFile, make_actors
-from artigrasp.environment.tables import synergy_directions, synergy_scales
+from artigrasp.environment.action_columns import synergy_directions, synergy_scales
 from artigrasp.files import atomic_write
 from artigrasp.kernels.layout import DOFS, FEATURE_COUNT, FEATURES, FEATURES_VERSION, feature_slice
 

@@ -11,7 +11,7 @@ from rsl_rl.models import MLPModel
 
 from artigrasp.config import TaskConfig, from_dict, to_dict
 from artigrasp.controllers.network import build_actor
-from artigrasp.environment.tables import action_count
+from artigrasp.environment.action_columns import action_count
 from artigrasp.errors import UserError
 from artigrasp.files import atomic_write, check_format
 from artigrasp.kernels.layout import FEATURES_VERSION

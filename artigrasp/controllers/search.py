@@ -11,8 +11,8 @@ from artigrasp.config import PhaseConfig, SynergyConfig, TaskConfig
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.cross_entropy import CrossEntropy, CrossEntropySettings
 from artigrasp.controllers.rollout import OnPlan, run_episode
+from artigrasp.environment.action_columns import action_count, synergy_directions
 from artigrasp.environment.environment import Environment
-from artigrasp.environment.tables import action_count, synergy_directions
 
 Ranges = Mapping[str, tuple[float, float]]
 """Between what some of the measurements of :meth:`Environment.episode_summary` lie."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from artigrasp.config import PhaseConfig, TaskConfig
 from artigrasp.config.task import Kind
 from artigrasp.controllers.controller import PD_IK, Controller
-from artigrasp.environment.tables import action_count
+from artigrasp.environment.action_columns import action_count
 from artigrasp.errors import UserError
 from artigrasp.tasks import get_task
 

@@ -9,9 +9,11 @@ import warp as wp
 from artigrasp.assets.hand import HandModel
 from artigrasp.config import PhaseConfig, TaskConfig
 from artigrasp.environment import tables
-from artigrasp.environment.world_range import WorldRange, record
+from artigrasp.environment.action_columns import last_column, term_adds_up, term_columns
+from artigrasp.environment.world_range import WorldRange
 from artigrasp.kernels import actions, episodes, torques
 from artigrasp.kernels.layout import DOF_COUNT
+from artigrasp.simulation.launches import record
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ class Acting:
             device: Warp device.
         """
         self._device, shape = device, (world_count, len(hands))
-        self.action_count = max(tables.last_column(each) for each in phases)
+        self.action_count = max(last_column(each) for each in phases)
         self.target = wp.zeros((*shape, DOF_COUNT), dtype=float, device=device)
         self._action = wp.zeros((*shape, self.action_count), dtype=float, device=device)
         self.synergy = wp.zeros((*shape, actions.SYNERGY_COUNT), dtype=float, device=device)
@@ -59,7 +61,10 @@ class Acting:
                 held,
                 *(
                     wp.array(setting, dtype=int, device=device)
-                    for setting in (*tables.term_columns(phases, name), tables.term_adds_up(phases, name))
+                    for setting in (
+                        *term_columns(phases, name),
+                        term_adds_up(phases, name),
+                    )
                 ),
             )
             for name, held in (("synergy", self.synergy), ("residual", self.residual))

@@ -18,7 +18,7 @@ from artigrasp.environment.instant import Beginning, Instant
 from artigrasp.environment.measuring import Measuring
 from artigrasp.environment.phase_machine import PhaseMachine, single_phase
 from artigrasp.environment.rewarding import Rewarding
-from artigrasp.environment.world_range import WorldRange, record
+from artigrasp.environment.world_range import WorldRange
 from artigrasp.environment.worlds import WorldPlan
 from artigrasp.errors import UserError
 from artigrasp.kernels import episodes, features, kinematics, metrics, resets, states
@@ -26,6 +26,7 @@ from artigrasp.kernels.layout import FEATURE_COUNT, HANDS
 from artigrasp.references.reference import ReferenceSet
 from artigrasp.references.steadying import steadying_hands
 from artigrasp.simulation.backend import make_simulation
+from artigrasp.simulation.launches import record
 from artigrasp.simulation.scene import Scene
 
 

@@ -7,8 +7,9 @@ import warp as wp
 from numpy.typing import NDArray
 
 from artigrasp.environment import tables
-from artigrasp.environment.world_range import WorldRange, record
+from artigrasp.environment.world_range import WorldRange
 from artigrasp.kernels import metrics, states
+from artigrasp.simulation.launches import record
 
 OPENED_ANGLE = 0.3
 """Change of the hinge angle that counts as articulated [rad] (paper, Metrics)."""

@@ -8,9 +8,9 @@ import warp as wp
 from artigrasp.config import PhaseConfig, TaskConfig
 from artigrasp.environment import tables
 from artigrasp.environment.acting import Acting
-from artigrasp.environment.world_range import record
 from artigrasp.environment.worlds import WorldPlan
 from artigrasp.kernels import episodes, phases, resets, states
+from artigrasp.simulation.launches import record
 from artigrasp.simulation.state import SimulationState
 
 

@@ -5,8 +5,9 @@ import warp as wp
 from artigrasp.config import TaskConfig
 from artigrasp.environment import tables
 from artigrasp.environment.measuring import LIFTED_HEIGHT, OPENED_ANGLE, REACHED_DISTANCE, REACHED_TURN
-from artigrasp.environment.world_range import WorldRange, record
+from artigrasp.environment.world_range import WorldRange
 from artigrasp.kernels import outcomes, rewards
+from artigrasp.simulation.launches import record
 
 
 class Rewarding:

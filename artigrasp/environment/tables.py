@@ -18,12 +18,12 @@ from artigrasp.config import (
     ResetConfig,
     RewardConfig,
     StageConfig,
-    SynergyConfig,
 )
+from artigrasp.environment.action_columns import synergy_scales
 from artigrasp.environment.worlds import WorldPlan
 from artigrasp.errors import unknown
 from artigrasp.kernels import actions, metrics, outcomes, phases, resets, rewards, states
-from artigrasp.kernels.layout import ARTICULATED, DOF_COUNT, HANDS
+from artigrasp.kernels.layout import ARTICULATED, HANDS
 from artigrasp.references.reference import ReferenceSet
 
 WRIST_CLEARANCE, IDLE_CLEARANCE = 0.02, 0.2
@@ -41,9 +41,6 @@ LOST_DISPLACEMENT = 2.0
 
 LIMIT_MARGIN = 0.1
 """Room that the effective joint limits leave around a reference [rad]."""
-
-FOR_EVER = 2**31 - 1
-"""Control steps for which a decision holds after which there is none."""
 
 PHASE_LIMITS: dict[str, float] = {
     "settle_steps": 10,
@@ -201,32 +198,6 @@ def action_settings(config: ActionConfig, reset: ResetConfig, control_dt: float)
     return settings
 
 
-def synergy_scales(config: SynergyConfig) -> dict[str, float]:
-    """Scale of each of ``SYNERGIES``; a direction with a scale of zero is not in use."""
-    scales = dict.fromkeys(actions.WRIST_SYNERGIES[:3], config.wrist_translation)
-    scales |= dict.fromkeys(actions.WRIST_SYNERGIES[3:], config.wrist_rotation)
-    scales |= dict.fromkeys(actions.FINGER_SYNERGIES, config.thumb)
-    scales["finger_flexion"] = config.finger_flexion
-    scales |= {"lead": config.hinge_lead, "squeeze": config.squeeze, "press": config.press}
-    return {name: scales[name] for name in actions.SYNERGIES}
-
-
-def synergy_directions(config: SynergyConfig | None) -> list[str]:
-    """Those of ``SYNERGIES`` that are in use, in the order of their columns in the action."""
-    return [] if config is None else [name for name, scale in synergy_scales(config).items() if scale > 0.0]
-
-
-def action_count(config: ActionConfig) -> int:
-    """Length of one hand's action."""
-    return len(synergy_directions(config.synergy)) + (DOF_COUNT if config.residual is not None else 0)
-
-
-def last_column(phase: PhaseConfig) -> int:
-    """Length that one hand's action must have to hold what is decided for a phase."""
-    count = action_count(phase.action)
-    return phase.first_column + count if count else 0
-
-
 def phase_settings(configs: Sequence[PhaseConfig], reset: ResetConfig, control_dt: float, device: str) -> wp.array:
     """Priors and scales of every phase, shape [phase]."""
     rows = [action_settings(phase.action, reset, control_dt) for phase in configs]
@@ -243,17 +214,12 @@ def phase_table(configs: Sequence[PhaseConfig], device: str) -> phases.PhaseTabl
     for each in configs:
         if each.retry_from is not None and each.retry_from not in names:
             raise unknown("phase to try again from", each.retry_from, names)
+    same = ("least_steps", "most_steps", "carries", "raises", "steadies", "opens", "decides")
     columns: dict[str, tuple[Any, list[Any]]] = {
+        **{name: (int, [int(getattr(each, name)) for each in configs]) for name in same},
         "reference": (int, [("first", "second").index(each.reference) for each in configs]),
         "aim": (int, [phases.AIMS.index(each.aim) for each in configs]),
-        "least_steps": (int, [each.least_steps for each in configs]),
-        "most_steps": (int, [each.most_steps for each in configs]),
-        "carries": (int, [int(each.carries) for each in configs]),
         "lift": (float, [each.lift for each in configs]),
-        "raises": (int, [int(each.raises) for each in configs]),
-        "steadies": (int, [int(each.steadies) for each in configs]),
-        "opens": (int, [int(each.opens) for each in configs]),
-        "decides": (int, [int(each.decides) for each in configs]),
         "retry_from": (int, [-1 if each.retry_from is None else names.index(each.retry_from) for each in configs]),
         "stiffness": (float, [[group.kp for group in gain_groups(each.gains)] for each in configs]),
         "damping": (float, [[group.kd for group in gain_groups(each.gains)] for each in configs]),
@@ -273,34 +239,6 @@ def phase_limits(retry_count: int) -> phases.PhaseLimits:
     limits.retry_count = retry_count
     limits.limit_margin = LIMIT_MARGIN
     return limits
-
-
-def term_columns(configs: Sequence[PhaseConfig], name: str) -> tuple[list[list[int]], list[int]]:
-    """For every phase, the columns of a term's numbers in the action and its decision interval, see `latch_actions`.
-
-    What is decided for a whole phase holds for ever: the last phase of a sequence goes on after its end, while other
-    worlds are at it, and a policy never saw where it is then.
-    """
-    columns, intervals = [], []
-    for config in configs:
-        directions, first = synergy_directions(config.action.synergy), config.first_column
-        if name == "synergy":
-            columns.append([first + directions.index(each) if each in directions else -1 for each in actions.SYNERGIES])
-        else:
-            first += len(directions)
-            columns.append(list(range(first, first + DOF_COUNT)))
-        terms = config.action.terms
-        interval = terms[name].decision_interval if name in terms else -1
-        if interval >= config.most_steps:
-            interval = FOR_EVER
-        intervals.append(interval if config.decides else 0)
-    return columns, intervals
-
-
-def term_adds_up(configs: Sequence[PhaseConfig], name: str) -> list[int]:
-    """For every phase, 1 where later decisions of a term are added to those before, see `latch_actions`."""
-    synergies = [config.action.synergy if name == "synergy" else None for config in configs]
-    return [int(synergy is not None and synergy.adds_up) for synergy in synergies]
 
 
 def synergy_basis(sides: Sequence[str], device: str) -> wp.array:

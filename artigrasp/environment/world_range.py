@@ -1,7 +1,6 @@
 """A range of worlds as the kernels that run on it take it."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import warp as wp
 
@@ -40,8 +39,3 @@ class WorldRange:
     def every_hand(self) -> tuple[int, int]:
         """Launch dimension of kernels with a thread per hand."""
         return self.every_world, self.state.hands.joint_q.shape[1]
-
-
-def record(kernel: wp.Kernel, dim: int | tuple[int, ...], arguments: list[Any], device: str) -> wp.Launch:
-    """A launch whose arguments stay the same: packing them anew would take longer than most of them."""
-    return wp.launch(kernel, dim, inputs=arguments, device=device, record_cmd=True)

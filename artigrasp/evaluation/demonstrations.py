@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from artigrasp.arrays import check_array, load_arrays, save_arrays
 from artigrasp.config import TaskConfig, from_dict, to_dict
-from artigrasp.environment.tables import synergy_directions
+from artigrasp.environment.action_columns import synergy_directions
 from artigrasp.errors import UserError
 from artigrasp.evaluation.evaluate import Evaluation
 

@@ -7,9 +7,10 @@ import warp as wp
 
 from artigrasp.errors import UserError, unknown
 from artigrasp.simulation.cpu import CpuSimulation
+from artigrasp.simulation.launches import OnWorlds, launch_nothing
 from artigrasp.simulation.newton import NewtonSimulation
 from artigrasp.simulation.scene import Scene
-from artigrasp.simulation.state import OnWorlds, SimulationState, launch_nothing
+from artigrasp.simulation.state import SimulationState
 
 BACKENDS = ("cpu", "mjwarp")
 """MuJoCo on all cores; MuJoCo Warp through Newton, meant for GPUs."""

@@ -9,9 +9,10 @@ import numpy as np
 import warp as wp
 
 from artigrasp.kernels import mujoco_state
+from artigrasp.simulation.launches import OnWorlds, launch_nothing
 from artigrasp.simulation.mujoco_model import ModelLayout, compile_mujoco, model_layout
 from artigrasp.simulation.scene import Scene, check_alike
-from artigrasp.simulation.state import OnWorlds, allocate_state, launch_nothing
+from artigrasp.simulation.state import allocate_state
 from artigrasp.simulation.world_block import CONTROL, PackedWorlds, WorldBlock, split_worlds
 
 

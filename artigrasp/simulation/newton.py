@@ -17,6 +17,7 @@ from newton.solvers import SolverMuJoCo
 from artigrasp.errors import UserError
 from artigrasp.kernels import newton_state
 from artigrasp.kernels.layout import DOF_COUNT, DOFS, LINKS, PARTS
+from artigrasp.simulation.launches import OnWorlds, launch_nothing
 from artigrasp.simulation.scene import (
     HAND_BASE,
     Scene,
@@ -26,7 +27,7 @@ from artigrasp.simulation.scene import (
     make_newton_solver,
     object_label,
 )
-from artigrasp.simulation.state import OnWorlds, allocate_state, launch_nothing
+from artigrasp.simulation.state import allocate_state
 
 CONTACT_CAPACITY = 128
 """Contacts per world and object for which there is room; all worlds share the room.

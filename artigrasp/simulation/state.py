@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import warp as wp
 
 from artigrasp.kernels import focus as kernels
 from artigrasp.kernels import states
-
-OnWorlds = Callable[[slice], None]
-"""Launches kernels for a range of worlds."""
-
-
-def launch_nothing(worlds: slice) -> None:
-    """What a control step that needs only torques has at its beginning and its end."""
 
 
 @dataclass(frozen=True)

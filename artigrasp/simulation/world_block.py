@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -13,8 +12,9 @@ from mujoco.rollout import Rollout
 from numpy.typing import NDArray
 
 from artigrasp.kernels import mujoco_state
+from artigrasp.simulation.launches import OnWorlds, record
 from artigrasp.simulation.mujoco_warnings import CAPACITY_WARNINGS, warning_count
-from artigrasp.simulation.state import OnWorlds, SimulationState
+from artigrasp.simulation.state import SimulationState
 
 CONTROL = (
     mujoco.mjtState.mjSTATE_QFRC_APPLIED.value
@@ -94,11 +94,11 @@ class WorldBlock:
             for each in (packed.state, packed.control, packed.sensor, packed.warmstart, self._next_state)
         )
         worlds, hand_count = state.hands.joint_q.shape[:2]
-        self._pack_torques = _record(
+        self._pack_torques = record(
             mujoco_state.pack_torques, (worlds, hand_count), [joint_torque[rows], layout, control]
         )
         self._finish_substep = [
-            _record(
+            record(
                 mujoco_state.finish_substep,
                 (worlds,),
                 [
@@ -108,7 +108,7 @@ class WorldBlock:
             )
             for substep in range(substeps)
         ]  # fmt: skip
-        self._unpack_objects = _record(
+        self._unpack_objects = record(
             mujoco_state.unpack_objects,
             (worlds, state.object_count),
             [mujoco_state_rows, layout, state.slots, state.diverged],
@@ -178,8 +178,3 @@ def split_worlds(world_counts: Sequence[int], block_count: int) -> list[tuple[in
             blocks.append((scene, slice(start + count * piece // pieces, start + count * (piece + 1) // pieces)))
         start += count
     return blocks
-
-
-def _record(kernel: Any, dim: tuple[int, ...], arguments: list[Any]) -> Any:
-    """A launch whose arguments are packed once: that takes longer than these kernels run."""
-    return wp.launch(kernel, dim, inputs=arguments, device="cpu", record_cmd=True)

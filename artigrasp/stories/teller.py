@@ -14,8 +14,8 @@ from artigrasp.controllers.cross_entropy import CrossEntropySettings
 from artigrasp.controllers.rollout import run_episode
 from artigrasp.controllers.search import OffsetController, SearchController
 from artigrasp.controllers.skills import in_free_scene, with_skills
+from artigrasp.environment.action_columns import synergy_directions
 from artigrasp.environment.environment import Environment
-from artigrasp.environment.tables import synergy_directions
 from artigrasp.environment.worlds import planned_worlds
 from artigrasp.errors import UserError
 from artigrasp.kernels.layout import HANDS

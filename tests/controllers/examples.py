@@ -7,7 +7,7 @@ import torch
 from artigrasp.config import TaskConfig
 from artigrasp.controllers.network import build_actor
 from artigrasp.controllers.policy_file import PolicyFile
-from artigrasp.environment.tables import action_count
+from artigrasp.environment.action_columns import action_count
 
 
 def example_policy(task: TaskConfig, **changes: Any) -> PolicyFile:

@@ -15,7 +15,7 @@ from artigrasp.controllers.controller import PolicyController
 from artigrasp.controllers.policy_export import describe_policy
 from artigrasp.controllers.policy_file import PolicyFile, save_policy
 from artigrasp.controllers.skills import in_free_scene
-from artigrasp.environment.tables import action_count
+from artigrasp.environment.action_columns import action_count
 from artigrasp.kernels.layout import DOFS, FEATURE_COUNT
 from artigrasp.tasks import get_task
 from tests.controllers.examples import example_policy

@@ -9,7 +9,7 @@ from artigrasp.config import ResidualConfig, SynergyConfig, TaskConfig
 from artigrasp.controllers.controller import PolicyController, ZeroController, pd_ik_controller
 from artigrasp.controllers.search import with_offsets
 from artigrasp.controllers.skills import Team, in_free_scene, in_scene, with_skills
-from artigrasp.environment.tables import action_count, synergy_directions, term_columns
+from artigrasp.environment.action_columns import action_count, synergy_directions, term_columns
 from artigrasp.errors import UserError
 from artigrasp.kernels.layout import DOF_COUNT, FEATURE_COUNT
 from artigrasp.tasks import get_task

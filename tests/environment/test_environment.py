@@ -12,8 +12,8 @@ from artigrasp.assets.object import load_object
 from artigrasp.config import ActionConfig, ResidualConfig, SynergyConfig
 from artigrasp.controllers.controller import pd_ik_controller
 from artigrasp.controllers.rollout import run_episode
+from artigrasp.environment.action_columns import action_count
 from artigrasp.environment.environment import Environment
-from artigrasp.environment.tables import action_count
 from artigrasp.environment.worlds import trial_worlds
 from artigrasp.errors import UserError
 from artigrasp.kernels.layout import feature_slice

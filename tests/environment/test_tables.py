@@ -17,7 +17,7 @@ from artigrasp.config import (
     RewardConfig,
     SynergyConfig,
 )
-from artigrasp.environment import tables
+from artigrasp.environment import action_columns, tables
 from artigrasp.environment.worlds import training_worlds
 from artigrasp.errors import UserError
 from artigrasp.kernels import actions
@@ -90,12 +90,12 @@ def test_terms_that_are_not_in_use_have_no_scale() -> None:
 
 def test_directions_are_those_with_a_scale() -> None:
     """Twelve by default; two more once they have a scale; the columns are in the one order of all directions."""
-    assert tables.synergy_directions(SynergyConfig()) == list(actions.SYNERGIES[:12])
-    assert tables.synergy_directions(SynergyConfig(squeeze=0.1, press=0.02)) == list(actions.SYNERGIES)
+    assert action_columns.synergy_directions(SynergyConfig()) == list(actions.SYNERGIES[:12])
+    assert action_columns.synergy_directions(SynergyConfig(squeeze=0.1, press=0.02)) == list(actions.SYNERGIES)
     few = SynergyConfig(wrist_rotation=0.0, thumb=0.0, hinge_lead=0.0, press=0.02)
-    assert tables.synergy_directions(few) == ["wrist_tx", "wrist_ty", "wrist_tz", "finger_flexion", "press"]
-    assert tables.synergy_directions(None) == []
-    assert tables.action_count(ActionConfig(synergy=few)) == 5 + 51
+    assert action_columns.synergy_directions(few) == ["wrist_tx", "wrist_ty", "wrist_tz", "finger_flexion", "press"]
+    assert action_columns.synergy_directions(None) == []
+    assert action_columns.action_count(ActionConfig(synergy=few)) == 5 + 51
 
 
 def test_rewards_are_the_tasks() -> None:
@@ -145,9 +145,9 @@ def test_terms_have_their_place_in_every_phase() -> None:
     )  # fmt: skip
     phases = [PhaseConfig(str(row), 200, action=action) for row, action in enumerate((both, alone, neither, both))]
     phases[3] = replace(phases[3], decides=False)
-    columns, intervals = tables.term_columns(phases, "synergy")
+    columns, intervals = action_columns.term_columns(phases, "synergy")
     assert columns == [[*range(12), -1, -1], [-1] * 14, [-1] * 14, [*range(12), -1, -1]]
     assert intervals == [100, -1, -1, 0]
-    columns, intervals = tables.term_columns(phases, "residual")
+    columns, intervals = action_columns.term_columns(phases, "residual")
     assert columns == [[*range(first, first + 51)] for first in (12, 0, 0, 12)]
     assert intervals == [2, 2, -1, 0]

@@ -11,7 +11,7 @@ from artigrasp.environment.environment import Environment
 from artigrasp.environment.worlds import trial_worlds
 from artigrasp.evaluation.quality import QualityRecorder
 from artigrasp.kernels.layout import ARTICULATED, LINK_COUNT
-from artigrasp.simulation.backend import OnWorlds
+from artigrasp.simulation.launches import OnWorlds
 from artigrasp.tasks import get_task
 from tests.example_references import box_references
 
