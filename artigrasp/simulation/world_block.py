@@ -95,7 +95,7 @@ class WorldBlock:
         )
         worlds, hand_count = state.hands.joint_q.shape[:2]
         self._pack_torques = record(
-            mujoco_state.pack_torques, (worlds, hand_count), [joint_torque[rows], layout, control]
+            mujoco_state.pack_torques, (worlds, hand_count), [joint_torque[rows], layout, control], "cpu"
         )
         self._finish_substep = [
             record(
@@ -105,6 +105,7 @@ class WorldBlock:
                     next_state, sensor, layout, state.focus, 1 + model.nq, acceleration_per_velocity_change,
                     1.0 / substeps, int(substep == 0), mujoco_state_rows, warmstart, state.hands,
                 ],
+                "cpu",
             )
             for substep in range(substeps)
         ]  # fmt: skip
@@ -112,6 +113,7 @@ class WorldBlock:
             mujoco_state.unpack_objects,
             (worlds, state.object_count),
             [mujoco_state_rows, layout, state.slots, state.diverged],
+            "cpu",
         )
 
     def step(self, apply_torques: OnWorlds, begin: OnWorlds, finish: OnWorlds) -> None:

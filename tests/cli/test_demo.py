@@ -29,5 +29,5 @@ def test_an_open_object_is_carried_and_opened(
 
 def test_policies_are_found_by_what_they_learned_on() -> None:
     """By skill; there are none for an object that none has seen."""
-    assert policies_for("lidded-box")["articulate"].stem == "lidded-box"
+    assert policies_for("lidded-box")["articulate"][0] == "lidded-box"
     assert policies_for("open-box-1000") == {}
