@@ -22,6 +22,7 @@ from .wrist_priors import (
     manipulated_part_pose_at,
     move_around,
     move_away,
+    move_out,
     planned_object_pose,
     shift_pose,
     smooth_step,
@@ -37,7 +38,7 @@ WRIST_PRIORS = ("reference", "hinge", "schedule", "transport", "retreat", "trans
   began the phase;
 - schedule: the same on the part as it should be by now, wherever the hinge is, the angle being raised with time;
 - transport: the pose in which the hand began the phase, carried along with the object on its way to its goal;
-- retreat: away from the object, along the direction in which the wrist is seen from it;
+- retreat: out of the grip, halfway between straight away from the object and where the hand's back and wrist look;
 - transit: around the object to where the reference is approached from, or where a hand that takes no part waits.
 """
 FINGER_PRIORS = ("current", "reference", "closed", "opening")
@@ -247,7 +248,7 @@ def wrist_prior(
         if settings.wrist_prior == _RETREAT:
             start_origin = wp.transform_get_translation(phase.start_object_pose[world])
             distance = settings.retreat_distance * smooth_step(now, settings.approach_steps)
-            target = move_away(start, start_origin, distance, settings.wrist_clearance)
+            target = move_out(start, start_origin, hand_back[hand], distance, settings.wrist_clearance)
         elif settings.wrist_prior == _HINGE or settings.wrist_prior == _SCHEDULE:
             reached = smooth_step(now, settings.approach_steps)
             target = blend_poses(start, reference, reached)

@@ -80,13 +80,33 @@ def direction_from(origin: wp.vec3, position: wp.vec3) -> wp.vec3:
 
 
 @wp.func
-def move_away(wrist: wp.transform, origin: wp.vec3, distance: float, clearance: float) -> wp.transform:
-    """The wrist frame moved straight away from an origin (up, if it is there), kept above the table."""
-    position = wp.transform_get_translation(wrist)
-    position = position + distance * direction_from(origin, position)
+def move_along(wrist: wp.transform, direction: wp.vec3, distance: float, clearance: float) -> wp.transform:
+    """The wrist frame moved along a unit vector, kept above the table."""
+    position = wp.transform_get_translation(wrist) + distance * direction
     return wp.transform(
         wp.vec3(position[0], position[1], wp.max(position[2], clearance)), wp.transform_get_rotation(wrist)
     )
+
+
+@wp.func
+def move_away(wrist: wp.transform, origin: wp.vec3, distance: float, clearance: float) -> wp.transform:
+    """The wrist frame moved straight away from an origin (up, if it is there), kept above the table."""
+    return move_along(wrist, direction_from(origin, wp.transform_get_translation(wrist)), distance, clearance)
+
+
+@wp.func
+def move_out(
+    wrist: wp.transform, origin: wp.vec3, hand_back: wp.vec3, distance: float, clearance: float
+) -> wp.transform:
+    """The wrist frame moved out of its grip, kept above the table.
+
+    Its way is halfway between straight away from an origin, which alone would drag along what the fingers are around,
+    and the hand's own back, and never leads down.
+    """
+    away = direction_from(origin, wp.transform_get_translation(wrist))
+    way = away + wp.quat_rotate(wp.transform_get_rotation(wrist), hand_back)
+    way = wp.vec3(way[0], way[1], wp.max(way[2], 0.0))
+    return move_along(wrist, direction_from(wp.vec3(), way), distance, clearance)
 
 
 @wp.func

@@ -13,7 +13,9 @@ SOFT_FINGERS = PDGains(PDGain(kp=400.0, kd=20.0), PDGain(kp=50.0, kd=0.2), PDGai
 """Fingers that give way while they close push the object about less."""
 STRONG_WRISTS = PDGains(PDGain(kp=1000.0, kd=45.0), PDGain(kp=50.0, kd=0.2), PDGain(kp=50.0, kd=0.2))
 """Wrists that carry; the authors' stiffness."""
-LOOSE_WRISTS = replace(SOFT_FINGERS, wrist_translation=PDGain(kp=50.0, kd=10.0))
+YIELDING_FINGERS = PDGain(kp=2.0, kd=0.2)
+"""Fingers that let go: stiffer ones topple what they open against."""
+LOOSE_HANDS = PDGains(PDGain(kp=50.0, kd=10.0), SOFT_FINGERS.wrist_rotation, YIELDING_FINGERS)
 """Wrists that give way too, so that it is the hand that moves when opening fingers push."""
 
 GRASP = PhaseConfig(
@@ -71,7 +73,7 @@ RELEASE = PhaseConfig(
     action=ActionConfig(
         wrist_prior="retreat", finger_prior="opening", residual=None, retreat_distance=0.0, close_start=0, close_end=30
     ),
-    gains=LOOSE_WRISTS,
+    gains=LOOSE_HANDS,
 )
 """The fingers open."""
 
@@ -84,9 +86,9 @@ RETREAT = PhaseConfig(
     action=ActionConfig(
         wrist_prior="retreat", finger_prior="opening", residual=None, approach_steps=80, close_start=0, close_end=0
     ),
-    gains=SOFT_FINGERS,
+    gains=replace(SOFT_FINGERS, fingers=YIELDING_FINGERS),
 )
-"""The hands back off along the direction in which the object sees them."""
+"""The hands draw out of their grip."""
 
 TRANSIT = PhaseConfig(
     name="transit",

@@ -374,10 +374,13 @@ def test_an_idle_hand_keeps_its_distance_from_a_carried_object(sample: Sample) -
     assert_frames_agree(wrist_at(idle, targets(idle, TRANSPORT, **SPEEDS)), expected)
 
 
-def test_a_hand_retreats_straight_from_the_object(sample: Sample) -> None:
-    """Along the direction from the object's origin, by the distance, not under the table; fingers open again."""
+def test_a_hand_draws_out_of_its_grip(sample: Sample) -> None:
+    """Between the way from the object's origin and that of its back, never down; fingers open again."""
     base = sample.hand_base[..., :3]
     outward = base - sample.pose[:, None, :3]
+    outward /= np.linalg.norm(outward, axis=-1, keepdims=True)
+    outward += numpy_reference.turned(numpy_reference.frame(sample.hand_base)[0], hand_backs(HANDS))
+    outward[..., 2] = np.maximum(outward[..., 2], 0.0)
     outward /= np.linalg.norm(outward, axis=-1, keepdims=True)
     for step, fraction in ((0, 0.0), (30, 0.5), (60, 1.0)):
         target = targets(sample, RETREAT, step=step, retreat_distance=0.15, wrist_clearance=-9.0)
