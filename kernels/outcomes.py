@@ -15,11 +15,9 @@ OUTCOME_TERMS = (
     "outcome_lift",
     "outcome_position_error",
     "outcome_rotation_error",
-    "outcome_placed",
 )
 """Of the hinge: final error, mean error, and success at the end. Of the base: mean displacement from its start, whether
-it is lifted at the end, its final distance and angle from its target, and whether both count as reached. None is in the
-paper."""
+it is lifted at the end, and its final distance and angle from its target. None is in the paper."""
 
 FARTHEST = wp.constant(0.5)
 """Final errors of the base beyond this count as this [m, rad]: a dropped object is lost, wherever it lies."""
@@ -33,7 +31,6 @@ def add_outcome_reward(
     episode_steps: int,
     opened_angle: float,
     lifted_height: float,
-    reached: wp.vec2,
     weights: wp.array[float],
     # outputs
     terms: wp.array3d[float],
@@ -47,9 +44,8 @@ def add_outcome_reward(
         episode_steps: control steps per episode.
         opened_angle: change of the angle that counts as success, rad.
         lifted_height: height over the start from which the base counts as lifted, m.
-        reached: distance [m] and angle [rad] of the base from its target that count as reached.
-        weights: [8] of `OUTCOME_TERMS`: 1/rad, 1/rad, 1, 1/m, 1, 1/m, 1/rad, 1.
-        terms: [W, H, 8] output, weighted.
+        weights: [7] of `OUTCOME_TERMS`: 1/rad, 1/rad, 1, 1/m, 1, 1/m, 1/rad.
+        terms: [W, H, 7] output, weighted.
         total: [W, H] their sum is added to it.
     """
     world, hand = wp.tid()
@@ -59,8 +55,7 @@ def add_outcome_reward(
     pose, start, target = object_state.pose[world], goal.start_object_pose[world], goal.target_object_pose[world]
     offset = wp.transform_get_translation(pose) - wp.transform_get_translation(start)
     distance = wp.length(wp.transform_get_translation(pose) - wp.transform_get_translation(target))
-    rotation = wp.transform_get_rotation(pose) * wp.quat_inverse(wp.transform_get_rotation(target))
-    turn = wp.length(quat_to_rotation_vector(rotation))
+    turn = wp.transform_get_rotation(pose) * wp.quat_inverse(wp.transform_get_rotation(target))
     last = wp.where(step[world] >= episode_steps, active, 0.0)
     terms[world, hand, 0] = -weights[0] * error * last
     terms[world, hand, 1] = -weights[1] * error * active / float(episode_steps)
@@ -68,7 +63,6 @@ def add_outcome_reward(
     terms[world, hand, 3] = -weights[3] * wp.length(offset) * active / float(episode_steps)
     terms[world, hand, 4] = weights[4] * wp.where(offset[2] > lifted_height, last, 0.0)
     terms[world, hand, 5] = -weights[5] * wp.min(distance, FARTHEST) * last
-    terms[world, hand, 6] = -weights[6] * wp.min(turn, FARTHEST) * last
-    terms[world, hand, 7] = weights[7] * wp.where(distance < reached[0] and turn < reached[1], last, 0.0)
+    terms[world, hand, 6] = -weights[6] * wp.min(wp.length(quat_to_rotation_vector(turn)), FARTHEST) * last
     for term in range(terms.shape[2]):
         total[world, hand] += terms[world, hand, term]

@@ -12,14 +12,13 @@ from dataclasses import replace
 
 from artigrasp.config import PPOConfig, ReplayConfig, RewardConfig, SynergyConfig, TaskConfig
 from artigrasp.tasks import right_fixed_synergy
-from artigrasp.tasks.sequences import CARRYING, GRASP, GRASPING
+from artigrasp.tasks.sequences import GRASP, GRASPING
 
-_STEPS, _CARRYING_STEPS = (sum(phase.most_steps for phase in phases) for phases in (GRASPING, CARRYING))
+_STEPS = sum(phase.most_steps for phase in GRASPING)
 _NOTHING = dict.fromkeys(
     ("keypoint", "fingertip", "pose", "contact", "force", "hand_velocity", "object_velocity", "angle", "displacement"),
     0.0,
 )
-_SYNERGY = SynergyConfig(squeeze=0.15, press=0.015, decision_interval=_STEPS)
 
 TASK = TaskConfig(
     name="both-grasp-replay",
@@ -33,7 +32,7 @@ TASK = TaskConfig(
     practice=0.75,
     world_count=128,
     iterations=100,
-    action=replace(GRASP.action, synergy=_SYNERGY),
+    action=replace(GRASP.action, synergy=SynergyConfig(squeeze=0.15, press=0.015, decision_interval=_STEPS)),
     gains=GRASP.gains,
     reset=replace(right_fixed_synergy.TASK.reset, reference_position_noise=0.005, reference_rotation_noise=0.05),
     reward=RewardConfig(**_NOTHING, outcome_lift=1.0, outcome_position_error=1.0, outcome_rotation_error=0.5),
@@ -49,16 +48,4 @@ TASK = TaskConfig(
     ),
 )
 
-CARRY = replace(
-    TASK,
-    name="both-carry-replay",
-    description="The same, learned while the object is carried to a place on the table and let go of",
-    episode_steps=_CARRYING_STEPS,
-    sequence="carrying",
-    action=replace(TASK.action, synergy=replace(_SYNERGY, decision_interval=_CARRYING_STEPS)),
-    reward=RewardConfig(**_NOTHING, outcome_placed=1.0, outcome_position_error=1.0, outcome_rotation_error=1.0),
-)
-"""Begun with the policy of the first (``--start-from``): what hangs askew in the hand, as a target in the air
-forgives, does not come to stand where it should."""
-
-TASKS = (TASK, CARRY)
+TASKS = (TASK,)

@@ -121,11 +121,12 @@ ARTICULATE = PhaseConfig(
 GRASPING = (GRASP, RELOCATE, HOLD)
 """Grasp the object and take it to a target in the air."""
 
-CARRYING = (GRASP, replace(RELOCATE, lift=LIFT), PUT_DOWN, RELEASE, RETREAT)
-"""Grasp the object, take it to a target on the table and let go of it."""
-
 GRASP_THEN_ARTICULATE = (
-    *CARRYING,
+    GRASP,
+    replace(RELOCATE, lift=LIFT),
+    PUT_DOWN,
+    RELEASE,
+    RETREAT,
     TRANSIT,
     replace(ARTICULATE, retry_from="transit"),
 )

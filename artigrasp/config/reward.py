@@ -46,8 +46,6 @@ class RewardConfig:
     """Distance of the base from its target at the end, up to 0.5 m [1/m]; not in the paper."""
     outcome_rotation_error: float = 0.0
     """Angle between the base and its target at the end, up to 0.5 rad [1/rad]; not in the paper."""
-    outcome_placed: float = 0.0
-    """Whether the base is at its target at the end; not in the paper."""
 
     def counts(self, term: str) -> bool:
         """Whether a term of the reward counts; the keypoints' comprises the fingertips'."""

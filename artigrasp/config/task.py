@@ -48,9 +48,9 @@ class TaskConfig:
     """Kinds of references that the task draws from."""
     episode_steps: int = 300
     """Control steps per episode."""
-    sequence: Literal["grasping", "carrying"] | None = None
-    """Sequence of `tasks.sequences` that an episode is in training: with targets in the air, or on the table, where the
-    hands let go of the object; None for a single phase, the task's own. The policy acts in the phases of its kinds."""
+    sequence: Literal["grasping"] | None = None
+    """Sequence of `tasks.sequences` that an episode is in training, with targets in the air; None for a single phase,
+    the task's own. The policy acts in the phases of its kinds."""
     practice: float = 0.0
     """Share of the episodes in training that play an object's references in proportion to how often they fail; the
     others play all alike."""

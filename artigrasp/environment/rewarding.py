@@ -4,7 +4,7 @@ import warp as wp
 
 from artigrasp.config import TaskConfig
 from artigrasp.environment import tables
-from artigrasp.environment.measuring import LIFTED_HEIGHT, OPENED_ANGLE, REACHED_DISTANCE, REACHED_TURN
+from artigrasp.environment.measuring import LIFTED_HEIGHT, OPENED_ANGLE
 from artigrasp.environment.world_range import WorldRange
 from artigrasp.kernels import outcomes, rewards
 from artigrasp.simulation.launches import record
@@ -46,7 +46,7 @@ class Rewarding:
         if self._outcome_weights is not None:
             arguments = [
                 objects, worlds.goal, worlds.step_count, self._task.episode_steps, OPENED_ANGLE, LIFTED_HEIGHT,
-                wp.vec2(REACHED_DISTANCE, REACHED_TURN), self._outcome_weights, self._outcome_terms[rows], reward,
+                self._outcome_weights, self._outcome_terms[rows], reward,
             ]  # fmt: skip
             launches.append(record(outcomes.add_outcome_reward, worlds.every_hand, arguments, self._device))
         return launches

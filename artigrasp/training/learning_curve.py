@@ -39,8 +39,6 @@ class CurvePoint:
     """Final distance of the hinge from its goal in articulation [rad]."""
     lifted: float = math.nan
     """Share of grasps that hold the object in the air at the end."""
-    placed: float = math.nan
-    """Share of grasps that have put the object down at its target."""
 
 
 P = TypeVar("P", bound=Any)
@@ -102,7 +100,6 @@ def write_curve(folder: Path, points: Sequence[CurvePoint], title: str) -> None:
 QUANTITIES = {
     "success": "articulated while exploring",
     "lifted": "lifted while exploring",
-    "placed": "put down in place while exploring",
     "reward": "reward of an episode",
     "angle_error": "final angle error [rad]",
 }
@@ -116,7 +113,7 @@ EVALUATED = {
 }
 """What is drawn of evaluations, with its axis label."""
 
-RATES = ("success", "lifted", "placed", "suc_a", "suc_g")
+RATES = ("success", "lifted", "suc_a", "suc_g")
 """Those of them that lie between 0 and 1."""
 
 AXES = {

@@ -1,46 +1,19 @@
 """The environment that a task is trained in: one phase of its own, or a sequence of which it learns a part."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from artigrasp.config import PhaseConfig, SimulatorConfig, TaskConfig
+from artigrasp.config import SimulatorConfig, TaskConfig
 from artigrasp.controllers.controller import ZeroController
 from artigrasp.controllers.skills import with_skills
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.make import make_environment, training_references
 from artigrasp.environment.worlds import training_worlds
-from artigrasp.evaluation.composed import TARGET_SHIFT, TARGET_YAW
 from artigrasp.evaluation.grasping import TARGET_LOWER, TARGET_TURN, TARGET_UPPER
-from artigrasp.tasks.sequences import CARRYING, GRASPING
-
-Vector = tuple[float, float, float]
-
-
-@dataclass(frozen=True)
-class CarriedSequence:
-    """A sequence to train in that carries, and where its targets are."""
-
-    phases: tuple[PhaseConfig, ...]
-    lower: Vector
-    upper: Vector
-    """Range of the targets' shift from the start [m], along the world's axes."""
-    turn: Vector
-    """Largest turn of the targets about each axis [rad]."""
-
-
-SEQUENCES = {
-    "grasping": CarriedSequence(GRASPING, TARGET_LOWER, TARGET_UPPER, (TARGET_TURN, TARGET_TURN, TARGET_TURN)),
-    "carrying": CarriedSequence(
-        CARRYING,
-        (TARGET_SHIFT[0], TARGET_SHIFT[0], 0.0),
-        (TARGET_SHIFT[1], TARGET_SHIFT[1], 0.0),
-        (0.0, 0.0, TARGET_YAW),
-    ),
-}
-"""By the name in the task; targets as in the experiments `grasping` and `composed`."""
+from artigrasp.tasks.sequences import GRASPING
 
 
 def make_training_environment(
@@ -69,11 +42,9 @@ def make_training_environment(
         return make_environment(task, objects, split=split, seed=seed, simulator=simulator)
     references = training_references(task, objects, split)
     random = np.random.default_rng(seed)
-    carried = SEQUENCES[task.sequence]
-    shift = random.uniform(carried.lower, carried.upper, (task.world_count, 3))
-    largest = np.array(carried.turn)
-    turn = Rotation.from_rotvec(random.uniform(-largest, largest, (task.world_count, 3)))
+    shift = random.uniform(TARGET_LOWER, TARGET_UPPER, (task.world_count, 3))
+    turn = Rotation.from_rotvec(random.uniform(-TARGET_TURN, TARGET_TURN, (task.world_count, 3)))
     offsets = np.concatenate([shift, turn.as_quat()], axis=1).astype(np.float32)
     worlds = replace(training_worlds(references, task.world_count), target_offset=offsets)
-    sequence = with_skills(carried.phases, ZeroController(task))
+    sequence = with_skills(GRASPING, ZeroController(task))
     return Environment(task, references, worlds, sequence=sequence, seed=seed, simulator=simulator)

@@ -299,7 +299,7 @@ class Runner:
         self.processes.gather(None)
 
 
-_CURVE = ("reward", "success", "angle_error", "lifted", "placed")
+_CURVE = ("reward", "success", "angle_error", "lifted")
 """What of an iteration's metrics is in the learning curve."""
 
 

@@ -1,6 +1,5 @@
 """The environment as rsl-rl's vectorised environment: one row per world and hand."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from tensordict import TensorDict
 
 from artigrasp.controllers.network import OBSERVATION_GROUP
 from artigrasp.environment.environment import Environment
-from artigrasp.environment.measuring import LIFTED_HEIGHT, REACHED_DISTANCE, REACHED_TURN
+from artigrasp.environment.measuring import LIFTED_HEIGHT
 from artigrasp.environment.snapshot import restore_snapshot, take_snapshot
 from artigrasp.errors import UserError
 
@@ -115,8 +114,7 @@ class HandVecEnv(VecEnv):
         """Sums over the episodes that ended since the last call, and how many they are of.
 
         These are what `episode_summary` holds, success and errors of the hinge over articulations only, the share of
-        grasps of free objects that succeed (``lifted``, in the air at the end, or ``placed``, at the target at the end
-        where the object is to be put down) and, of the episodes that did not fail, the sums of the
+        grasps of free objects that are in the air at the end and, of the episodes that did not fail, the sums of the
         rewards and of their terms.
         """
         totals = {name: (sum(values), len(values)) for name, values in self._returns.items()}
@@ -168,15 +166,16 @@ class HandVecEnv(VecEnv):
         ended = worlds.cpu().numpy()
         reference = self.environment.reference_index.numpy()
         articulates = self._articulates[reference]
-        grasped = {} if self.task.fixed_base else grasp_success(summary, self.task.sequence == "carrying")
-        for name, values in (summary | grasped).items():
-            shown_by = articulates if name in _OF_HINGE else ~articulates if name in grasped else True
+        if not self.task.fixed_base:
+            summary["lifted"] = ((summary["lift"] > LIFTED_HEIGHT) & (summary["failed"] == 0.0)).astype(np.float64)
+        for name, values in summary.items():
+            shown_by = articulates if name in _OF_HINGE else ~articulates if name == "lifted" else True
             self._returns.setdefault(f"Episode/{name}", []).extend(values[ended & shown_by].tolist())
         sound = self._failure == 0
         total = torch.stack([sums[worlds & sound].sum(dim=2) for sums in self._term_sums]).sum(dim=0)
         self._returns.setdefault("Episode/reward", []).extend(total.flatten().tolist())
         if self.task.practice:
-            reached = np.where(articulates, summary["success"], sum(grasped.values()))
+            reached = np.where(articulates, summary["success"], summary.get("lifted", 0.0))
             self._note_outcomes(reference[ended], reached[ended])
         for sums, (names, _) in zip(self._term_sums, self._terms, strict=True):
             for name, values in zip(names, sums[worlds & sound].mean(dim=1).T, strict=True):
@@ -200,13 +199,3 @@ class HandVecEnv(VecEnv):
     def _as_rows(self, array: wp.array) -> torch.Tensor:
         rows: torch.Tensor = wp.to_torch(array).reshape(self.rows, -1)
         return rows
-
-
-def grasp_success(summary: Mapping[str, NDArray[np.float64]], is_put_down: bool) -> dict[str, NDArray[np.float64]]:
-    """What the success of a grasp is called, and which worlds have it, [W]."""
-    if is_put_down:
-        at_target = (summary["position_error"] < REACHED_DISTANCE) & (summary["rotation_error"] < REACHED_TURN)
-    else:
-        at_target = summary["lift"] > LIFTED_HEIGHT
-    succeeded = at_target & (summary["failed"] == 0.0)
-    return {"placed" if is_put_down else "lifted": succeeded.astype(np.float64)}

@@ -57,7 +57,6 @@ def test_defaults_are_the_papers() -> None:
         "outcome_lift": 0.0,
         "outcome_position_error": 0.0,
         "outcome_rotation_error": 0.0,
-        "outcome_placed": 0.0,
     }
 
 
