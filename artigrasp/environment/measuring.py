@@ -17,6 +17,9 @@ OPENED_ANGLE = 0.3
 LIFTED_HEIGHT = 0.1
 """Height over its start of an object that counts as lifted [m] (paper, Metrics)."""
 
+REACHED_DISTANCE, REACHED_TURN = 0.05, 0.2
+"""Distance [m] and angle [rad] of a target that counts as reached (paper, Metrics, Task Success Rate)."""
+
 
 def describe_failures(counts: Mapping[str, int]) -> str:
     """Counts by :meth:`Measuring.failure_counts` in words; empty if nothing failed."""

@@ -12,10 +12,10 @@ from scipy.spatial.transform import Rotation
 from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.search import Objective
+from artigrasp.environment.measuring import REACHED_DISTANCE, REACHED_TURN
 from artigrasp.environment.worlds import planned_worlds
 from artigrasp.errors import UserError
 from artigrasp.evaluation.experiment import Experiment, Metric, Trials
-from artigrasp.evaluation.grasping import REACHED_DISTANCE, REACHED_TURN
 from artigrasp.evaluation.outcomes import HingeOutcomes, PoseOutcomes
 from artigrasp.evaluation.sequences import (
     first_failures,

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.search import Objective
-from artigrasp.environment.measuring import LIFTED_HEIGHT
+from artigrasp.environment.measuring import LIFTED_HEIGHT, REACHED_DISTANCE, REACHED_TURN
 from artigrasp.environment.worlds import DRAW_GOAL, planned_worlds
 from artigrasp.errors import UserError
 from artigrasp.evaluation.experiment import Experiment, Metric, Trials
@@ -35,9 +35,6 @@ TARGET_LOWER, TARGET_UPPER = (-0.15, -0.15, 0.15), (0.15, 0.15, 0.45)
 
 TARGET_TURN = 0.3
 """Largest turn of the targets about each axis [rad]."""
-
-REACHED_DISTANCE, REACHED_TURN = 0.05, 0.2
-"""Distance [m] and angle [rad] of a target that counts as reached (paper, Metrics, Task Success Rate)."""
 
 
 @dataclass(frozen=True)

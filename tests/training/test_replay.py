@@ -142,3 +142,13 @@ def test_shares_are_shares(name: str) -> None:
     """Settings out of range are refused."""
     with pytest.raises(FieldError, match=name):
         replace(REPLAY, **{name: 1.5})
+
+
+def test_what_a_given_actor_does_is_tried_at_once() -> None:
+    """Random decisions are for those that know nothing yet."""
+    torch.manual_seed(0)
+    learner = Replay(replace(REPLAY, exploration=0.0), PPO, 1.0, OBSERVATIONS, ACTIONS)
+    rows = torch.randn(ROWS, OBSERVATIONS)
+    learner.learn_on_from_actor()
+    learner.train_mode()
+    torch.testing.assert_close(learner.act(observe(rows)), learner.actor(observe(rows)))
