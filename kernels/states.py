@@ -174,6 +174,11 @@ class PhaseState:
     retry_count: wp.array[int]
 
 
+def field_names(group: Any) -> list[str]:
+    """Names of a struct's fields."""
+    return list(group.vars)
+
+
 def element_types(group: Any) -> dict[str, Any]:
     """Element types of the arrays of a struct, by name."""
     return {name: variable.type.dtype for name, variable in group.vars.items()}

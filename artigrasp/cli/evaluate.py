@@ -20,6 +20,7 @@ from artigrasp.files import check_folder
 
 if TYPE_CHECKING:
     from artigrasp.controllers.controller import Controller
+    from artigrasp.controllers.policy_file import PolicyFile
     from artigrasp.evaluation.evaluate import Evaluation
     from artigrasp.evaluation.protocols import Protocol
     from artigrasp.references.reference import ReferenceSet
@@ -108,25 +109,11 @@ def run(options: Options) -> int:
         raise UserError("failures: expected a controller that does not search, found a search")
 
     start_warp()
-    from artigrasp.controllers.library import make_controller
     from artigrasp.controllers.policy_file import load_policy
-    from artigrasp.controllers.skills import in_scene
-    from artigrasp.evaluation.articulation import ARTICULATION, toward
     from artigrasp.evaluation.evaluate import Shard, evaluate
-    from artigrasp.evaluation.grasping import GRASPING, with_targets
-    from artigrasp.evaluation.protocols import get_protocol
     from artigrasp.evaluation.report import metrics_dict, metrics_table, write_report
-    from artigrasp.tasks import get_task
 
-    protocol = get_protocol(options.protocol)
-    instead = {each.name: each for each in protocol.experiments}
-    if options.goal_angles is not None:
-        instead[ARTICULATION.name] = toward(options.goal_angles)
-    if options.targets is not None:
-        instead[GRASPING.name] = with_targets(options.targets)
-    protocol = replace(protocol, experiments=tuple(instead[each.name] for each in protocol.experiments))
-    if options.split is not None:
-        protocol = replace(protocol, splits=(options.split,))
+    protocol = _asked_protocol(options)
     brought = {file: load_policy(file) for file in files if file is not None}
     policy, grasp_policy = (None if file is None else brought[file] for file in files)
     for file, content in brought.items() if protocol.unseen_objects else ():
@@ -136,14 +123,7 @@ def run(options: Options) -> int:
         protocol = _learned(protocol, {kind for each in brought.values() for kind in each.task.kinds})
     if grasp_policy is not None and any(not each.sequence for each in protocol.experiments):
         raise UserError(f"grasp-policy: expected a protocol of sequences only, found {options.protocol}")
-    task = played_task(options.task, policy or grasp_policy)
-    wanted = dict.fromkeys([(options.controller, options.search), *((name, 0) for name in options.baselines)])
-    controllers = [
-        make_controller(name, task=task, policy=policy, grasp_policy=grasp_policy, search=search, seed=options.seed)
-        for name, search in wanted
-    ]
-    if options.scene is not None:
-        controllers = [in_scene(each, get_task(options.scene)) for each in controllers]
+    controllers = _asked_controllers(options, policy, grasp_policy)
     shard = Shard.from_environment()
     threads = options.simulator.threads or max(1, (os.cpu_count() or 1) // shard.count)
 
@@ -187,6 +167,41 @@ def run(options: Options) -> int:
         show_json(metrics[0] if len(parts) == 1 else metrics)
     shutil.rmtree(options.out / CHUNKS)
     return 0
+
+
+def _asked_protocol(options: Options) -> "Protocol":
+    """The protocol with other goal angles, targets or splits than its own where they were asked for."""
+    from artigrasp.evaluation.articulation import ARTICULATION, toward
+    from artigrasp.evaluation.grasping import GRASPING, with_targets
+    from artigrasp.evaluation.protocols import get_protocol
+
+    protocol = get_protocol(options.protocol)
+    instead = {each.name: each for each in protocol.experiments}
+    if options.goal_angles is not None:
+        instead[ARTICULATION.name] = toward(options.goal_angles)
+    if options.targets is not None:
+        instead[GRASPING.name] = with_targets(options.targets)
+    splits = protocol.splits if options.split is None else (options.split,)
+    return replace(protocol, experiments=tuple(instead[each.name] for each in protocol.experiments), splits=splits)
+
+
+def _asked_controllers(
+    options: Options, policy: "PolicyFile | None", grasp_policy: "PolicyFile | None"
+) -> "list[Controller]":
+    """The controller and the baselines, in the scene that was asked for."""
+    from artigrasp.controllers.library import make_controller
+    from artigrasp.controllers.skills import in_scene
+    from artigrasp.tasks import get_task
+
+    task = played_task(options.task, policy or grasp_policy)
+    wanted = dict.fromkeys([(options.controller, options.search), *((name, 0) for name in options.baselines)])
+    controllers = [
+        make_controller(name, task=task, policy=policy, grasp_policy=grasp_policy, search=search, seed=options.seed)
+        for name, search in wanted
+    ]
+    if options.scene is None:
+        return controllers
+    return [in_scene(each, get_task(options.scene)) for each in controllers]
 
 
 def _keep_failures(

@@ -144,7 +144,7 @@ def reset_settings(config: ResetConfig, noise: bool) -> resets.ResetSettings:
 def reward_weights(config: RewardConfig) -> rewards.RewardWeights:
     """The kernel's weights; one weight serves the wrist's linear and angular velocity, as in the paper."""
     weights = rewards.RewardWeights()
-    for name in rewards.RewardWeights.vars:
+    for name in states.field_names(rewards.RewardWeights):
         of_wrist = name in ("hand_linear_velocity", "hand_angular_velocity")
         setattr(weights, name, getattr(config, "hand_velocity" if of_wrist else name))
     return weights

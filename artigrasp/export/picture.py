@@ -153,23 +153,6 @@ class MotionPictures:
         return np.concatenate([image, words])
 
 
-def render_frame(motion: Motion, path: str | os.PathLike[str], *, sample: int = -1, style: Style | None = None) -> None:
-    """Write a picture of one sample of a motion.
-
-    Args:
-        motion: The motion.
-        path: The image file, its kind given by the suffix.
-        sample: Index of the sample.
-        style: How it is shown; by default as :class:`Style` says, without a caption.
-
-    Raises:
-        UserError: the motion's hand or object is not among the assets, or the file cannot be written.
-    """
-    style = style or Style(caption=False)
-    check_image(path, STILL_SUFFIXES, transparent=style.transparent)
-    save_image(MotionPictures(motion, np.array([sample]), style).render(0), path)
-
-
 def render_filmstrip(
     motion: Motion | Sequence[Motion],
     path: str | os.PathLike[str],

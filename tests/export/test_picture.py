@@ -15,7 +15,7 @@ from artigrasp.errors import UserError
 from artigrasp.export.bodies import hand_bodies, load_models
 from artigrasp.export.camera import CAMERAS, View, look_at
 from artigrasp.export.lettering import PAPER
-from artigrasp.export.picture import MotionPictures, Style, caption, render_filmstrip, render_frame, render_video
+from artigrasp.export.picture import MotionPictures, Style, caption, render_filmstrip, render_video
 from artigrasp.export.raycaster import render_surface, visibility
 from artigrasp.export.surface import Surface, mesh_surface
 from artigrasp.motion.file import Motion, MotionBystanders
@@ -154,18 +154,16 @@ def test_filmstrip_shows_the_whole_motion(tmp_path: Path) -> None:
     assert (image[:100, :120] != image[:100, 240:]).any()
 
 
-def test_frame_and_video(tmp_path: Path) -> None:
-    """A picture and a video have the size, and the video the length, that were asked for."""
+def test_a_video_is_as_asked_for(tmp_path: Path) -> None:
+    """It has the size and the length, and progress is told."""
     motion = opening_motion()
     style = Style(links=True, width=80, height=60, grid=1)
-    render_frame(motion, tmp_path / "frame.png", style=style)
-    assert imageio.imread(tmp_path / "frame.png").shape == (60, 80, 3)
     seen: list[tuple[int, int]] = []
     render_video(motion, tmp_path / "motion.mp4", rate=5, style=style, progress=lambda *counts: seen.append(counts))
     assert seen == [(k, 6) for k in range(1, 7)]
     with imageio.get_reader(tmp_path / "motion.mp4") as video:
         assert video.count_frames() == 6 and video.get_data(0).shape == (60, 80, 3)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["frame.png", "motion.mp4"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["motion.mp4"]
 
 
 def test_animations_keep_time_and_can_be_transparent(tmp_path: Path) -> None:
@@ -297,7 +295,7 @@ def test_a_video_that_breaks_off_leaves_nothing(tmp_path: Path) -> None:
 
 def test_unknown_kinds_are_refused(tmp_path: Path) -> None:
     """A suffix that is no picture or video is the user's mistake, and nothing is written."""
-    for render, name in ((render_frame, "a.mp4"), (render_filmstrip, "a.txt"), (render_video, "a.png")):
+    for render, name in ((render_filmstrip, "a.txt"), (render_video, "a.png")):
         with pytest.raises(UserError, match="expected a name that ends in"):
             render(opening_motion(), tmp_path / name)
     assert list(tmp_path.iterdir()) == []
