@@ -49,7 +49,7 @@ PRELOADED = (
 )
 """Modules that commands find imported."""
 ITERATIONS = 15
-"""Of a training, within which it is killed: one takes less than starting does."""
+"""Of a training: one takes less than starting does."""
 POLL_SECONDS = 0.002
 """Between two looks at a command."""
 
@@ -80,21 +80,23 @@ class Case(ABC):
 
 
 class Train(Case):
-    """A training, which is resumed where there is something to resume, and never ends."""
+    """A training, which is resumed where there is something to resume."""
 
     def words(self) -> list[str]:
         """See `Case`."""
         runs = [path.parent for path in sorted(self.folder.rglob("latest.pt"))]
         where = ["--resume", str(runs[-1])] if runs else ["--out", str(self.folder), "--worlds", "8"]
-        return ["train", "right-fixed-synergy", "--iterations", "100000", *where, "--threads", "1"]
+        return ["train", "right-fixed-synergy", "--iterations", str(ITERATIONS), *where, "--threads", "1"]
 
     def progress(self) -> int:
         """See `Case`."""
         return max((load_policy(path).iteration for path in self.folder.rglob("latest.pt")), default=0)
 
-    def result(self) -> Any:
+    def result(self) -> dict[str, Any]:
         """See `Case`."""
-        raise RuntimeError("a training of 100,000 iterations has ended")
+        (policy,) = (load_policy(path) for path in self.folder.rglob("policy.pt"))
+        weights = {(network, name): each for network, actor in policy.actors.items() for name, each in actor.items()}
+        return {" ".join(names): weight.tolist() for names, weight in weights.items()}
 
 
 class Evaluate(Case):
@@ -205,16 +207,12 @@ def interrupt(verb: str, root: Path, kills: int, chance: random.Random) -> dict[
 
 
 def uninterrupted(verb: str, folder: Path) -> tuple[Any, float]:
-    """What the verb makes when nobody kills it, and its processor time [s]; of a training that of some iterations."""
+    """What the verb makes when nobody kills it, and its processor time [s]."""
     case = make(verb, folder)
     process, seconds = run(case.words()), 0.0
-    while process.exitcode is None and not (verb == "train" and case.progress() >= ITERATIONS):
+    while process.exitcode is None:
         seconds = processor_time(process) or seconds
         time.sleep(0.1)
-    if verb == "train":
-        process.kill()
-        process.join()
-        return None, seconds
     if process.exitcode != 0:
         raise RuntimeError(f"{case.words()}: failed with {process.exitcode}")
     return case.result(), seconds

@@ -75,6 +75,11 @@ def find_asset(kind: AssetKind, name: str) -> Path:
     return next(path for root in asset_roots() if (path := root / kind / f"{name}{SUFFIX[kind]}").is_file())
 
 
+def asset_files(kind: AssetKind) -> dict[str, Path]:
+    """The files of all assets of a kind by name; of two with one name that in the first root."""
+    return {name: find_asset(kind, name) for name in list_assets(kind)}
+
+
 def find_file(kind: AssetKind, name: str) -> Path:
     """The file of an asset, given by its path or by its name.
 

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from artigrasp.assets.library import find_file
 from artigrasp.cli.output import show, show_json
-from artigrasp.cli.policies import find_policy, played_task
+from artigrasp.cli.policies import played_task
 from artigrasp.cli.progress import progress_bar
 from artigrasp.cli.warp_start import start_warp
 from artigrasp.config import SimulatorConfig
@@ -97,7 +98,7 @@ def run(options: Options) -> int:
     """Measure and write the report."""
     from artigrasp.references.reference import load_references
 
-    files = [None if each is None else find_policy(each) for each in (options.policy, options.grasp_policy)]
+    files = [None if each is None else find_file("policies", each) for each in (options.policy, options.grasp_policy)]
     references = [load_references(name) for name in options.objects]
     check_folder(options.out)
     if options.per_object is not None and options.per_object < 1:

@@ -6,8 +6,8 @@ from typing import Annotated
 
 import tyro
 
+from artigrasp.assets.library import find_file
 from artigrasp.cli.output import show, show_json
-from artigrasp.cli.policies import find_policy
 from artigrasp.cli.progress import progress_bar
 from artigrasp.files import check_folder
 
@@ -37,7 +37,7 @@ def run(options: Options) -> int:
     from artigrasp.controllers.policy_file import load_policy
 
     check_folder(options.out)
-    policy = load_policy(find_policy(options.policy))
+    policy = load_policy(find_file("policies", options.policy))
     with progress_bar("Exporting", hidden=options.json) as progress:
         paths = export_policy(policy, options.out, on_file=lambda done, total: progress("", done, total))
     if options.json:

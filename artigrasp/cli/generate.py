@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from artigrasp.assets.library import find_file
 from artigrasp.cli.output import show, show_json
-from artigrasp.cli.policies import find_policy, played_task
+from artigrasp.cli.policies import played_task
 from artigrasp.cli.progress import progress_bar
 from artigrasp.cli.warp_start import start_warp
 from artigrasp.config import SimulatorConfig
@@ -70,7 +71,7 @@ def run(options: Options) -> int:
     from artigrasp.assets.object import load_object
     from artigrasp.references.reference import join_references, load_references
 
-    files = [None if each is None else find_policy(each) for each in (options.policy, options.grasp_policy)]
+    files = [None if each is None else find_file("policies", each) for each in (options.policy, options.grasp_policy)]
     if options.grasp_policy is not None and options.sequence is None:
         raise UserError("grasp-policy: expected a --sequence in which it acts, found none")
     references = load_references(options.object)

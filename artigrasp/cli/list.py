@@ -75,9 +75,9 @@ def _objects() -> list[str]:
 
 
 def _policies() -> list[str]:
-    from artigrasp.cli.policies import list_policies
+    from artigrasp.assets.library import list_assets
 
-    return list(list_policies())
+    return list_assets("policies")
 
 
 _GATHER: dict[str, Callable[[], Any]] = {

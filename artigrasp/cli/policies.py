@@ -1,9 +1,8 @@
-"""Policies by name, and the task that comes with one."""
+"""Policies for an object, and the task that comes with one."""
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from artigrasp.assets.library import find_asset, find_file, list_assets
+from artigrasp.assets.library import asset_files
 from artigrasp.errors import UserError
 
 if TYPE_CHECKING:
@@ -11,20 +10,6 @@ if TYPE_CHECKING:
     from artigrasp.controllers.policy_file import PolicyFile
 
 DEFAULT_TASK = "right-fixed"
-
-
-def list_policies() -> dict[str, Path]:
-    """The policy files among the assets by name; of two with one name the user's own."""
-    return {name: find_asset("policies", name) for name in list_assets("policies")}
-
-
-def find_policy(name: str) -> Path:
-    """The file of a policy, given by its path or by its name among the assets.
-
-    Raises:
-        UserError: There is neither; suggests the nearest name.
-    """
-    return find_file("policies", name)
 
 
 def policies_for(object_name: str) -> "dict[str, tuple[str, PolicyFile]]":
@@ -35,7 +20,7 @@ def policies_for(object_name: str) -> "dict[str, tuple[str, PolicyFile]]":
     from artigrasp.controllers.policy_file import load_policy
 
     found: dict[str, tuple[str, PolicyFile]] = {}
-    for name, path in list_policies().items():
+    for name, path in asset_files("policies").items():
         policy = load_policy(path)
         if object_name in policy.objects:
             for kind in policy.task.kinds:

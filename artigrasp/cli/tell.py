@@ -7,8 +7,8 @@ from typing import Annotated
 
 import tyro
 
+from artigrasp.assets.library import find_file
 from artigrasp.cli.output import show, show_json
-from artigrasp.cli.policies import find_policy
 from artigrasp.cli.progress import progress_bar
 from artigrasp.cli.warp_start import start_warp
 from artigrasp.config import SimulatorConfig
@@ -61,11 +61,11 @@ class Options:
 
 def run(options: Options) -> int:
     """Tell the story."""
-    from artigrasp.stories.file import find_story, read_story
+    from artigrasp.stories.file import read_story
 
-    story = read_story(find_story(options.story))
+    story = read_story(find_file("stories", options.story))
     asked = {"articulate": options.policy, "grasp": options.grasp_policy}
-    files = {skill: find_policy(each) for skill, each in asked.items() if each is not None}
+    files = {skill: find_file("policies", each) for skill, each in asked.items() if each is not None}
     check_target(options.out)
     start_warp()
     from artigrasp.controllers.controller import PolicyController

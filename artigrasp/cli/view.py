@@ -100,11 +100,10 @@ class Options:
 
 def run(options: Options) -> int:
     """Serve until the user has seen enough."""
-    from artigrasp.cli.policies import list_policies
     from artigrasp.cli.warp_start import start_warp
 
     start_warp()
-    from artigrasp.assets.library import list_assets
+    from artigrasp.assets.library import asset_files, list_assets
     from artigrasp.viewer.server import Server
     from artigrasp.viewer.viewer import Viewer
 
@@ -112,7 +111,7 @@ def run(options: Options) -> int:
     subjects = _SUBJECTS[type(what)](what)
     server = Server(what.host, what.port)
     viewer = Viewer(
-        subjects, server, objects=list_assets("references"), policies=list_policies(), simulator=what.simulator
+        subjects, server, objects=list_assets("references"), policies=asset_files("policies"), simulator=what.simulator
     )
     if what.json:
         show_json({"url": server.url})
@@ -148,13 +147,14 @@ def _references(what: References) -> "dict[str, Subject]":
 
 
 def _task(what: Task) -> "dict[str, Subject]":
-    from artigrasp.cli.policies import find_policy, played_task
+    from artigrasp.assets.library import find_file
+    from artigrasp.cli.policies import played_task
     from artigrasp.controllers.library import make_controller
     from artigrasp.controllers.policy_file import load_policy
     from artigrasp.viewer.live_subject import LiveSubject
     from artigrasp.viewer.pilot import SteadyPilot
 
-    policy = None if what.policy is None else load_policy(find_policy(what.policy))
+    policy = None if what.policy is None else load_policy(find_file("policies", what.policy))
     task = played_task(what.task, policy)
     name = what.controller or ("pd-ik" if policy is None else "policy")
     controller = make_controller(name, task=task, policy=policy, seed=what.seed)

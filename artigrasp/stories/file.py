@@ -6,7 +6,6 @@ from typing import Any
 
 import yaml
 
-from artigrasp.assets.library import find_asset, find_file, list_assets
 from artigrasp.config import from_dict
 from artigrasp.config.story import StoryConfig
 from artigrasp.errors import UserError
@@ -35,20 +34,6 @@ class _Loader(yaml.SafeLoader):
             seen.add(str(key.value))
         table: dict[Hashable, Any] = super().construct_mapping(node, deep)
         return table
-
-
-def list_stories() -> dict[str, Path]:
-    """The story files among the assets by name; of two with one name the user's own."""
-    return {name: find_asset("stories", name) for name in list_assets("stories")}
-
-
-def find_story(name: str) -> Path:
-    """The file of a story, given by its path or by its name among the assets.
-
-    Raises:
-        UserError: There is neither; suggests the nearest name.
-    """
-    return find_file("stories", name)
 
 
 def read_story(path: Path) -> StoryConfig:

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from artigrasp.assets.library import asset_files, find_file
 from artigrasp.cli import main
-from artigrasp.cli.policies import find_policy, list_policies
 from artigrasp.errors import UserError
 from artigrasp.references.reference import ReferenceSet, save_references
 from artigrasp.tasks import CURRICULA, TASKS
@@ -96,8 +96,8 @@ def test_policies_are_found_by_path_or_name(assets: Path) -> None:
     (assets / "policies").mkdir()
     own = assets / "policies" / "opener.pt"
     own.write_bytes(b"")
-    assert list_policies()["opener"] == own
-    assert find_policy("opener") == own
-    assert find_policy(str(own)) == own
+    assert asset_files("policies")["opener"] == own
+    assert find_file("policies", "opener") == own
+    assert find_file("policies", str(own)) == own
     with pytest.raises(UserError, match="unknown policy 'opner': did you mean 'opener'"):
-        find_policy("opner")
+        find_file("policies", "opner")

@@ -6,9 +6,10 @@ from typing import Any
 import pytest
 import yaml
 
+from artigrasp.assets.library import asset_files, find_file
 from artigrasp.config.story import CloseStep, MoveStep, OpenStep, ReleaseStep, describe_step
 from artigrasp.errors import UserError
-from artigrasp.stories.file import find_story, list_stories, read_story
+from artigrasp.stories.file import read_story
 
 STORY: dict[str, Any] = {
     "format": "artigrasp.story",
@@ -98,9 +99,9 @@ def test_other_texts_are_refused(tmp_path: Path, text: str) -> None:
 
 def test_stories_are_found_by_path_and_by_name(tmp_path: Path) -> None:
     """The shipped ones can all be read."""
-    for name, path in list_stories().items():
-        assert find_story(name) == path and read_story(path).steps
+    for name, path in asset_files("stories").items():
+        assert find_file("stories", name) == path and read_story(path).steps
     with pytest.raises(UserError, match="did you mean 'ketchup-into-box'"):
-        find_story("ketchup-in-box")
+        find_file("stories", "ketchup-in-box")
     with pytest.raises(UserError, match="cannot read this file"):
         read_story(tmp_path / "none.yaml")

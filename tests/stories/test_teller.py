@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from artigrasp.assets.library import find_file
 from artigrasp.cli import main
-from artigrasp.cli.policies import find_policy
 from artigrasp.config import SimulatorConfig
 from artigrasp.config.story import CloseStep, MoveStep, OpenStep, PlacedObject, StoryConfig
 from artigrasp.controllers.controller import PolicyController
@@ -98,7 +98,7 @@ def test_search_finds_what_no_reference_does_by_itself() -> None:
 
 def test_policies_act_first_where_they_have_learned_to_and_hold_nothing_yet(capsys: pytest.CaptureFixture[str]) -> None:
     """Here: to open; PD+IK closes what the policy holds open. One that has not learned a skill is refused."""
-    policy = PolicyController(load_policy(find_policy("open-set-articulate")))
+    policy = PolicyController(load_policy(find_file("policies", "open-set-articulate")))
     tale = Teller(BOX, PLAIN, TWO_THREADS, [policy]).tell()
     assert tale.is_whole and [take.controller for take in tale.takes] == ["policy", "pd-ik"]
     assert abs(tale.takes[0].summary["final_angle"] - 1.2) < 0.2

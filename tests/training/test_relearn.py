@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 import torch
 
-from artigrasp.cli.policies import find_policy
+from artigrasp.assets.library import find_file
 from artigrasp.controllers.policy_file import PolicyFile, load_policy
 from artigrasp.training.replay import COLUMNS
 from tools import relearn
@@ -13,7 +13,7 @@ from tools import relearn
 
 def checkpoint_with(count: int) -> PolicyFile:
     """A checkpoint of seven worlds with three objects that holds so many decisions, whose rewards number them."""
-    policy = load_policy(find_policy("open-set-articulate"))
+    policy = load_policy(find_file("policies", "open-set-articulate"))
     memory = {name: torch.arange(count, dtype=torch.float32) for name in COLUMNS}
     learner = {"learners": {"right": {"memory": memory}}}
     task = replace(policy.task, world_count=7)
