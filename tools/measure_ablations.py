@@ -53,14 +53,16 @@ class Measured:
     """By the paper's criterion, shape [seed, trial]."""
     angle_error: NDArray[np.float64]
     """At the end [rad], shape [seed, trial]."""
+    displacement: NDArray[np.float64]
+    """Of the base, mean over the episode [m], shape [seed, trial]."""
 
     def rate(self) -> Estimate:
         """Success over all seeds and trials."""
         return estimate_rate(self.success.flatten(), self._groups())
 
-    def error(self) -> Estimate:
-        """Angle error over all seeds and trials."""
-        return estimate_mean(self.angle_error.flatten(), self._groups())
+    def mean(self, values: NDArray[np.float64]) -> Estimate:
+        """A number of every trial, shape [seed, trial], over all of them."""
+        return estimate_mean(values.flatten(), self._groups())
 
     def gain(self, over: "Measured") -> Estimate:
         """Success less that of another task, paired by trial and seed."""
@@ -131,6 +133,7 @@ def gather(task: str, folders: Sequence[Path], runs: Sequence[Run], seeds: Seque
         np.array([" ".join(key[:2]) for key in keys]),
         np.array([[float(each["success_paper"] == "True") for each in row] for row in rows]),
         np.array([[float(each["angle_error"]) for each in row] for row in rows]),
+        np.array([[float(each["mean_displacement"]) for each in row] for row in rows]),
     )
 
 
@@ -141,8 +144,9 @@ def table(measured: Sequence[Measured]) -> str:
         gain = "" if each is measured[0] else format_estimate(each.gain(measured[0]))
         seeds = ", ".join(f"{value:.3f}" for value in each.success.mean(axis=1))
         cpu = f"{np.mean(each.cpu_times) / 60:.1f}"
-        rows.append([each.task, format_estimate(each.rate()), gain, seeds, format_estimate(each.error()), cpu])
-    heads = ["task", "Suc.A paper", f"less {measured[0].task}", "of each seed", "AAE rad", "CPU min a seed"]
+        means = [format_estimate(each.mean(values)) for values in (each.angle_error, each.displacement)]
+        rows.append([each.task, format_estimate(each.rate()), gain, seeds, *means, cpu])
+    heads = ["task", "Suc.A paper", f"less {measured[0].task}", "of each seed", "AAE rad", "SD m", "CPU min a seed"]
     return markdown_table(heads, rows)
 
 

@@ -15,7 +15,11 @@ from tools.measure_ablations import Measured, gather, keep_settings, plot, table
 def run(folder: Path, successes: list[bool]) -> Run:
     """An evaluation of one trial for each reference of a box."""
     trials = {
-        ("box", str(index), "", "0"): {"success_paper": str(success), "angle_error": str(1.0 - success)}
+        ("box", str(index), "", "0"): {
+            "success_paper": str(success),
+            "angle_error": str(1.0 - success),
+            "mean_displacement": str(0.1 * index),
+        }
         for index, success in enumerate(successes)
     }
     return Run(folder, {}, trials)
@@ -40,6 +44,7 @@ def test_seeds_are_paired_and_references_counted(tmp_path: Path) -> None:
     assert (whole.rate().low, whole.rate().high) == pytest.approx((once.low, once.high)), "seeds add no references"
     assert part.gain(whole).value == pytest.approx(-3 / 8) and part.gain(whole).trials == 8
     np.testing.assert_array_equal(part.angle_error, 1.0 - part.success)
+    assert part.mean(part.displacement).value == pytest.approx(0.15)
 
 
 def test_the_table_says_what_each_seed_did(tmp_path: Path) -> None:
