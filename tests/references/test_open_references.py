@@ -34,8 +34,10 @@ def test_shipped_references_touch_and_harm_nothing(file: Path) -> None:
 
 def test_enough_are_shipped_of_every_category() -> None:
     """At least 20 of each but the scissors, of either hand and of both, some of each kind held out."""
-    assert {file.stem for file in FILES} >= {object_name(each) for each in CATEGORIES if each != "scissors"}
+    assert {file.stem for file in FILES} == {object_name(each) for each in CATEGORIES}
     for file in FILES:
+        if file.stem == "open-scissors":
+            continue
         references = read_references(file)
         assert len(references) >= 20
         for kind in ("articulate", "grasp"):
