@@ -29,8 +29,11 @@ OBJECTS = (
     "open-scissors",
     "open-waffle-iron",
 )
-POLICIES = {"lidded-box": "lidded-box"}
-"""Which shipped policy opens an object; a search opens the others."""
+ACTING = {
+    "lidded-box": ["--policy", "lidded-box"],
+    "open-scissors": ["--split", "train", "--controller", "pd-ik", "--task", "right-free-replay", "--search", "16"],
+}
+"""By what an object is opened; the others by a search from their first test reference."""
 SEARCH = 16
 ANGLE, SHARE = 1.0, 0.7
 """Angle to open to [rad], and at most which share of the hinge's range."""
@@ -81,7 +84,7 @@ def commands(name: str, motion: str, picture: str) -> tuple[list[str], list[str]
     # an idle left hand would only be in the way of the picture
     task = "both-free" if reference.active[0, HANDS.index("left")] else "right-free-replay"
     angle = min(ANGLE, round(SHARE * load_object(name).hinge_upper, 2))
-    acting = ["--policy", POLICIES[name]] if name in POLICIES else ["--task", task, "--search", str(SEARCH)]
+    acting = ACTING.get(name, ["--task", task, "--search", str(SEARCH)])
     made = ["generate", "--object", name, *acting, "--target-angle", f"{angle:g}", "--out", motion]
     shown = ["render", "motion", motion, "--out", picture, "--target", "--fps", str(RATE)]
     return made, [*shown, "--width", str(SIZE[0]), "--height", str(SIZE[1])]
