@@ -36,6 +36,7 @@ class PhaseTable:
         carries: [P] int, 1 where the hands take the object to its goal, 0 where it should stay.
         lift: [P] height over the target where the object is carried to, m.
         raises: [P] int, 1 where the height is over where the phase began instead.
+        places: [P] int, 1 where the phase fails if the object is not at its target in the end.
         steadies: [P] int, 1 where hands that take no part hold the base where their reference has them on it.
         opens: [P] int, 1 where the hinge should go to its target, 0 where it should stay as it was at the start.
         decides: [P] int, 1 where decisions count anew.
@@ -51,6 +52,7 @@ class PhaseTable:
     carries: wp.array[int]
     lift: wp.array[float]
     raises: wp.array[int]
+    places: wp.array[int]
     steadies: wp.array[int]
     opens: wp.array[int]
     decides: wp.array[int]
@@ -69,6 +71,7 @@ class PhaseLimits:
         position, rotation: distance of the base from its goal, at most, m and rad.
         hinge: distance of the hinge from its goal, at most, rad.
         wrist_position, wrist_rotation: distance of a wrist from its target, at most, m and rad.
+        placed_position, placed_rotation: distance of the base from its target where it was placed, at most, m and rad.
         drop_steps: control steps in a row without any touch after which a carried object counts as dropped.
         slip: distance of a carried object from its goal from which on it did not only miss it but slipped, m.
         tilt: of the base since the phase began, from which on a standing object counts as toppled, rad.
@@ -84,6 +87,8 @@ class PhaseLimits:
     hinge: float
     wrist_position: float
     wrist_rotation: float
+    placed_position: float
+    placed_rotation: float
     drop_steps: int
     slip: float
     tilt: float
@@ -190,6 +195,12 @@ def advance_phases(
             ended = _NOT_REACHED
     if ended == _RUNNING:
         return
+    if ended == _DONE and table.places[index] != 0:
+        target_pose = goal.target_object_pose[world]
+        distance = wp.length(wp.transform_get_translation(target_pose) - wp.transform_get_translation(pose))
+        turn = wp.transform_get_rotation(target_pose) * wp.quat_inverse(wp.transform_get_rotation(pose))
+        if distance > limits.placed_position or wp.length(quat_to_rotation_vector(turn)) > limits.placed_rotation:
+            ended = _NOT_REACHED
     outcome[world, index] = ended
     back = table.retry_from[index]
     # hands that still hold the object had better go on than open

@@ -79,6 +79,8 @@ class Options:
     """Grasping: the first so many of each reference's 30 targets; by default all."""
     per_object: int | None = None
     """Trials of each object, at most, spread evenly over its references and targets; by default all."""
+    retries: int = 0
+    """Composed: how often an episode may go back after a failed phase, to grasp again what is not in its place."""
     seed: int = 0
     """Seed of a search and of targets that are drawn; the trials start without noise."""
     failures: int = 0
@@ -173,6 +175,7 @@ def run(options: Options) -> int:
 def _asked_protocol(options: Options) -> "Protocol":
     """The protocol with other goal angles, targets or splits than its own where they were asked for."""
     from artigrasp.evaluation.articulation import ARTICULATION, toward
+    from artigrasp.evaluation.composed import COMPOSED, with_retries
     from artigrasp.evaluation.grasping import GRASPING, with_targets
     from artigrasp.evaluation.protocols import get_protocol
 
@@ -182,6 +185,8 @@ def _asked_protocol(options: Options) -> "Protocol":
         instead[ARTICULATION.name] = toward(options.goal_angles)
     if options.targets is not None:
         instead[GRASPING.name] = with_targets(options.targets)
+    if options.retries:
+        instead[COMPOSED.name] = with_retries(options.retries)
     splits = protocol.splits if options.split is None else (options.split,)
     return replace(protocol, experiments=tuple(instead[each.name] for each in protocol.experiments), splits=splits)
 

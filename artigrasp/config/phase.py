@@ -31,6 +31,8 @@ class PhaseConfig:
     """Height over the target to which the object is carried [m]."""
     raises: bool = False
     """Whether it is carried so high over where the phase began instead."""
+    places: bool = False
+    """Whether it fails if the object is not at its target in the end."""
     steadies: bool = False
     """Whether hands that take no part hold the base where their reference has them on it; else they wait."""
     opens: bool = True

@@ -51,6 +51,8 @@ PHASE_LIMITS: dict[str, float] = {
     "hinge": 0.05,
     "wrist_position": 0.02,
     "wrist_rotation": 0.2,
+    "placed_position": 0.04,
+    "placed_rotation": 0.15,
     "drop_steps": 20,
     "slip": 0.1,
     "tilt": 0.7,
@@ -214,7 +216,7 @@ def phase_table(configs: Sequence[PhaseConfig], device: str) -> phases.PhaseTabl
     for each in configs:
         if each.retry_from is not None and each.retry_from not in names:
             raise unknown("phase to try again from", each.retry_from, names)
-    same = ("least_steps", "most_steps", "carries", "raises", "steadies", "opens", "decides")
+    same = ("least_steps", "most_steps", "carries", "raises", "places", "steadies", "opens", "decides")
     columns: dict[str, tuple[Any, list[Any]]] = {
         **{name: (int, [int(getattr(each, name)) for each in configs]) for name in same},
         "reference": (int, [("first", "second").index(each.reference) for each in configs]),

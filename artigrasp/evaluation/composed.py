@@ -2,7 +2,8 @@
 
 import zlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -134,8 +135,12 @@ def run_trials(
     seed: int,
     simulator: SimulatorConfig,
     on_step: Callable[[int, int], None],
+    retry_count: int = 0,
 ) -> ComposedOutcomes:
-    """Play every trial in a world of its own, without noise; see :class:`RunTrials`."""
+    """Play every trial in a world of its own, without noise; see :class:`RunTrials`.
+
+    Besides, an episode may go back after a failed phase, ``retry_count`` times.
+    """
     objects, second = object_indices(references, trials), trials.targets["second_reference"]
     worlds = planned_worlds(
         references,
@@ -146,7 +151,14 @@ def run_trials(
         target_offset=trials.targets["target_offset"],
     )
     environment, quality = play_sequence(
-        controller, GRASP_THEN_ARTICULATE, references, worlds, seed=seed, simulator=simulator, on_step=on_step
+        controller,
+        GRASP_THEN_ARTICULATE,
+        references,
+        worlds,
+        seed=seed,
+        simulator=simulator,
+        on_step=on_step,
+        retry_count=retry_count,
     )
     summary = environment.episode_summary()
     sources = [references[index].source[row] for index, row in zip(objects, second, strict=True)]
@@ -225,3 +237,14 @@ COMPOSED = Experiment(
     paper_note="about 7500 pairs of eight ARCTIC objects, another simulator; errors as the authors' script clips them",
 )
 """Suc.T, PE, AE and AAE of the paper's Table 2."""
+
+
+def with_retries(count: int) -> Experiment[ComposedOutcomes]:
+    """The experiment in which an episode may go back so many times after a failed phase.
+
+    Raises:
+        UserError: The count is negative.
+    """
+    if count < 0:
+        raise UserError(f"retries: expected 0 or more, found {count}")
+    return replace(COMPOSED, run_trials=partial(run_trials, retry_count=count), retry_count=count)

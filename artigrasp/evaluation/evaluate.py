@@ -125,6 +125,8 @@ def evaluate(
     if per_object is not None:
         trials = trials.spread(per_object)
     settings = protocol_settings(controller, chosen, simulator)
+    if experiment.retry_count:
+        settings["retries"] = experiment.retry_count
     parallel = controller.parallel_count if isinstance(controller, Planner) else 1
     size = max(1, world_count // parallel)
     chunks = [slice(start, min(start + size, len(trials))) for start in range(0, len(trials), size)]

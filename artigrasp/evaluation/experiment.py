@@ -130,6 +130,8 @@ class Experiment(Generic[O]):
     """What the paper's rows are."""
     sequence: tuple[PhaseConfig, ...] = ()
     """Phases that are played; without them there is one, the controller's task."""
+    retry_count: int = 0
+    """How often an episode may go back after a failed phase; the paper's never does."""
     objectives: tuple[Objective, ...] = ()
     """What a search seeks by each decision of an episode; without them there is no search."""
 

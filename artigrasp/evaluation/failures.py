@@ -81,7 +81,9 @@ def replay_failures(
         if evaluation.experiment.sequence:
             second = int(trial.get("second_reference", first))
             reference = join_references([reference, played.select(indices=[second])])
-            whole = {"sequence": evaluation.experiment.sequence, "target_offset": trial["target_offset"]}
+            experiment = evaluation.experiment
+            whole = {"sequence": experiment.sequence, "target_offset": trial["target_offset"]}
+            whole["retry_count"] = experiment.retry_count
         motion = generate(
             controller,
             reference,

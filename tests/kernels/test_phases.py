@@ -1,5 +1,6 @@
 """The phase machine on states made by hand, and bases that move without anything moving in the world."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -180,6 +181,25 @@ def test_a_failed_phase_is_tried_again() -> None:
     assert world.outcome.numpy().any()
     wp.launch(reset_outcomes, dim=1, inputs=[wp.ones(1, dtype=int)], outputs=[world.outcome])
     assert not world.outcome.numpy().any()
+
+
+@pytest.mark.parametrize(
+    ("position", "turn", "outcome"),
+    [
+        ((0.03, 0.0, 0.0), (0.0, 0.0, 0.1), "done"),
+        ((0.05, 0.0, 0.0), (0.0, 0.0, 0.0), "not reached"),
+        ((0.0, 0.0, 0.0), (0.0, 0.0, 0.2), "not reached"),
+    ],
+)
+def test_what_is_put_down_elsewhere_is_grasped_again(position: Any, turn: Any, outcome: str) -> None:
+    """A phase that places looks where the object is when it is over, and goes back if that is not its target."""
+    leave = replace(REST, name="leave", places=True, retry_from="grasp")
+    world = OneWorld(GRASP, leave, REST, retry_count=1)
+    world.goal.target_object_pose.assign([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]])
+    world.run(20)
+    world.move(position, turn)
+    assert world.run(5) == outcome
+    assert world.phase.index.numpy()[0] == (2 if outcome == "done" else 0)
 
 
 def test_hands_that_hold_an_object_do_not_try_again() -> None:
