@@ -132,8 +132,8 @@ GRASP_THEN_ARTICULATE = (
 )
 """The paper's composed task: carry the object to its target pose and open it there.
 
-Hands grasp again what is not where it should be once they have let go of it. They do not try again to open what is nearly
-open: on their way back they would take the lid along.
+Hands grasp again what is not where it should be once they have let go of it. They do not try again to open what is
+nearly open: on their way back they would take the lid along.
 """
 
 ARTICULATE_THEN_GRASP = (
