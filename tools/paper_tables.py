@@ -57,8 +57,7 @@ def find_runs(folders: Iterable[Path]) -> Measured:
         for file in files:
             run = load_run(file.parent)
             metrics = run.metrics
-            rollouts = f", {metrics['rollouts']} rollouts" if metrics["rollouts"] else ""
-            key = (metrics["experiment"], metrics["split"], f"{metrics['controller']}{rollouts}")
+            key = (metrics["experiment"], metrics["split"], run.controller)
             if key in found:
                 raise UserError(f"{file.parent}: expected one evaluation of a kind, found two of {' '.join(key)}")
             found[key] = metrics

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from artigrasp.errors import UserError
+from artigrasp.evaluation.evaluate import describe_controller
 from artigrasp.evaluation.experiment import CRITERIA, Experiment
 from artigrasp.evaluation.outcomes import group_numbers
 from artigrasp.evaluation.protocols import EXPERIMENTS
@@ -33,9 +34,15 @@ class Run:
 
     @property
     def label(self) -> str:
-        """The controller, with the number of its rollouts if it searches, and where it was measured."""
-        rollouts = f", {self.metrics['rollouts']} rollouts" if self.metrics["rollouts"] else ""
-        return f"{self.metrics['controller']}{rollouts} ({self.folder})"
+        """The controller and where it was measured."""
+        return f"{self.controller} ({self.folder})"
+
+    @property
+    def controller(self) -> str:
+        """The controller, see :func:`~artigrasp.evaluation.evaluate.describe_controller`."""
+        settings = self.metrics.get("settings")
+        retries = settings.get("retries", 0) if isinstance(settings, dict) else 0
+        return describe_controller(self.metrics["controller"], self.metrics["rollouts"], retries)
 
 
 @dataclass(frozen=True)

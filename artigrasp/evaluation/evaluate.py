@@ -57,8 +57,14 @@ class Evaluation(Generic[O]):
 
     @property
     def label(self) -> str:
-        """The controller in tables, with the number of its rollouts if it searches."""
-        return f"{self.controller}, {self.rollout_count} rollouts" if self.rollout_count else self.controller
+        """The controller in tables, see :func:`describe_controller`."""
+        return describe_controller(self.controller, self.rollout_count, self.experiment.retry_count)
+
+
+def describe_controller(name: str, rollout_count: int, retry_count: int) -> str:
+    """A controller in tables, with its rollouts for each trial if it searches, and its retries if it may try again."""
+    counts = {"rollouts": rollout_count, "retries": retry_count}
+    return ", ".join([name, *(f"{count} {what}" for what, count in counts.items() if count)])
 
 
 @dataclass(frozen=True)
