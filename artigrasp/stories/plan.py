@@ -17,7 +17,7 @@ from artigrasp.kernels.layout import HANDS
 from artigrasp.references.reference import ReferenceSet
 from artigrasp.tasks.sequences import ARTICULATE, GRASP, PUT_DOWN, RELEASE, RELOCATE, RETREAT, TRANSIT
 
-LARGEST_SHIFT, LARGEST_TURN = 0.1, 0.7
+LARGEST_SHIFT, LARGEST_TURN = 0.1, 1.2
 """How far other objects may be moved [m] and turned [rad] by a step that succeeds."""
 LARGEST_DISPLACEMENT = 0.1
 """How far the base may be moved by what should only turn its hinge [m]."""
