@@ -98,6 +98,8 @@ def load_run(folder: Path) -> Run:
     rows = read_csv(folder / "trials.csv", "a file of an evaluation")
     if missing := [name for name in ("experiment", "targets", "rollouts", "controller") if name not in metrics]:
         raise UserError(f"{path}: {missing[0]}: expected a value, found none: an older version wrote this evaluation")
+    if not isinstance(metrics["controller"], str):
+        raise UserError(f"{path}: controller: expected a name, found {metrics['controller']!r:.40}")
     if metrics["experiment"] not in EXPERIMENTS:
         raise UserError(f"{path}: experiment: expected one of {', '.join(EXPERIMENTS)}, found {metrics['experiment']}")
     columns = [*_REFERENCE, *metrics["targets"]]

@@ -78,6 +78,7 @@ def test_what_cannot_be_compared_is_refused(runs: tuple[Path, Path], tmp_path: P
     metrics = json.loads((runs[0] / "metrics.json").read_text())
     for changes, message in (
         ({"version": 2}, "version: expected at most 1"),
+        ({"controller": None}, "controller: expected a name, found None"),
         ({"format": "other"}, "format: expected 'artigrasp.metrics'"),
         ({"experiment": "juggling"}, "experiment: expected one of articulation"),
         ({"targets": ["weight"]}, r"trials.csv: weight: expected a column"),
