@@ -12,11 +12,11 @@ import numpy as np
 import warp as wp
 
 from .layout import DOFS, FINGER_DOF_COUNT, HANDS, KEYPOINTS, WRIST_DOF_COUNT
-from .rotations import offset_pose, quat_to_euler_xyz_near
+from .poses import blend_poses, offset_pose, shift_pose
+from .rotations import quat_to_euler_xyz_near
 from .states import Goal, HandState, ObjectModel, ObjectState, PhaseState
 from .torques import dof_group
 from .wrist_priors import (
-    blend_poses,
     correct_pose,
     fraction_between,
     manipulated_part_pose_at,
@@ -24,7 +24,6 @@ from .wrist_priors import (
     move_away,
     move_out,
     planned_object_pose,
-    shift_pose,
     smooth_step,
 )
 

@@ -2,9 +2,10 @@
 
 import warp as wp
 
-from .goals import contact_strength, is_touching, keypoint_error, manipulated_part_pose, wrist_rotation_error
+from .goals import contact_strength, is_touching, keypoint_error, manipulated_part_pose
 from .kinematics import part_twist, wrist_twist
 from .layout import WRIST_DOF_COUNT, feature_slice
+from .poses import turn_between
 from .rotations import quat_to_rotation_vector
 from .states import Goal, HandState, ObjectModel, ObjectState
 
@@ -124,7 +125,7 @@ def compute_features(
         for i in range(9):
             features[world, hand, HINGE + i] = 0.0
 
-    rotation_error = wrist_rotation_error(wp.transform_inverse(part) * wrist, goal.wrist_pose_in_part[world, hand])
+    rotation_error = turn_between(wp.transform_inverse(part) * wrist, goal.wrist_pose_in_part[world, hand])
     write_vector(features, world, hand, POSE_ERROR, rotation_error)
     for i in range(keypoint_count):
         error = keypoint_error(hand_state, goal, part, world, hand, i)

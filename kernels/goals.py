@@ -3,7 +3,6 @@
 import warp as wp
 
 from .kinematics import part_pose
-from .rotations import quat_to_rotation_vector
 from .states import Goal, HandState, ObjectModel, ObjectState
 
 CONTACT_THRESHOLD = wp.constant(1.0e-3)
@@ -21,17 +20,6 @@ def manipulated_part_pose(
         object_model.hinge_axis[world],
         object_state.hinge_q[world],
         goal.part[world, hand],
-    )
-
-
-@wp.func
-def wrist_rotation_error(wrist_in_part: wp.transform, goal_in_part: wp.transform) -> wp.vec3:
-    """The turn that takes the wrist to its goal: ``log(R_goal R_wrist^T)``, a vector in the part's frame, rad.
-
-    Shortest turn, so at most pi long; turning the wrist by it, ``exp(error) R_wrist``, gives ``R_goal``.
-    """
-    return quat_to_rotation_vector(
-        wp.transform_get_rotation(goal_in_part) * wp.quat_inverse(wp.transform_get_rotation(wrist_in_part))
     )
 
 

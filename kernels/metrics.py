@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from .rotations import quat_to_rotation_vector
+from .poses import angle_between, distance_between, tilt_between
 from .states import Goal, HandState, ObjectState, element_types
 
 wp.set_module_options({"enable_backward": False})
@@ -85,28 +85,6 @@ def episode_metrics(world_count: int, device: str | None = None) -> EpisodeMetri
     for name, dtype in element_types(EpisodeMetrics).items():
         setattr(metrics, name, wp.zeros(world_count, dtype=dtype, device=device))
     return metrics
-
-
-@wp.func
-def tilt_between(start: wp.quat, current: wp.quat) -> float:
-    """Angle [rad] between up and where the direction that was up at the start points now."""
-    up = wp.vec3(0.0, 0.0, 1.0)
-    carried = wp.quat_rotate(current, wp.quat_rotate_inv(start, up))
-    return wp.atan2(wp.length(wp.cross(up, carried)), wp.dot(up, carried))
-
-
-@wp.func
-def angle_between(start: wp.transform, end: wp.transform) -> float:
-    """Angle [rad] of the shortest turn from one frame to another."""
-    return wp.length(
-        quat_to_rotation_vector(wp.transform_get_rotation(end) * wp.quat_inverse(wp.transform_get_rotation(start)))
-    )
-
-
-@wp.func
-def distance_between(start: wp.transform, end: wp.transform) -> float:
-    """Distance [m] of the origins of two frames."""
-    return wp.length(wp.transform_get_translation(end) - wp.transform_get_translation(start))
 
 
 @wp.func
@@ -220,7 +198,7 @@ def update_metrics(
     if metrics.failure[world] != 0:
         return
 
-    tilt = tilt_between(wp.transform_get_rotation(start), wp.transform_get_rotation(pose))
+    tilt = tilt_between(start, pose)
     angle = object_state.hinge_q[world]
     angle_change = wp.abs(angle - goal.start_angle[world])
     angle_error = wp.abs(goal.target_angle[world] - angle)

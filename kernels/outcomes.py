@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from .rotations import quat_to_rotation_vector
+from .poses import angle_between, distance_between
 from .states import Goal, ObjectState
 
 wp.set_module_options({"enable_backward": False})
@@ -54,15 +54,13 @@ def add_outcome_reward(
     change = wp.abs(object_state.hinge_q[world] - goal.start_angle[world])
     pose, start, target = object_state.pose[world], goal.start_object_pose[world], goal.target_object_pose[world]
     offset = wp.transform_get_translation(pose) - wp.transform_get_translation(start)
-    distance = wp.length(wp.transform_get_translation(pose) - wp.transform_get_translation(target))
-    turn = wp.transform_get_rotation(pose) * wp.quat_inverse(wp.transform_get_rotation(target))
     last = wp.where(step[world] >= episode_steps, active, 0.0)
     terms[world, hand, 0] = -weights[0] * error * last
     terms[world, hand, 1] = -weights[1] * error * active / float(episode_steps)
     terms[world, hand, 2] = weights[2] * wp.where(change > opened_angle, last, 0.0)
     terms[world, hand, 3] = -weights[3] * wp.length(offset) * active / float(episode_steps)
     terms[world, hand, 4] = weights[4] * wp.where(offset[2] > lifted_height, last, 0.0)
-    terms[world, hand, 5] = -weights[5] * wp.min(distance, FARTHEST) * last
-    terms[world, hand, 6] = -weights[6] * wp.min(wp.length(quat_to_rotation_vector(turn)), FARTHEST) * last
+    terms[world, hand, 5] = -weights[5] * wp.min(distance_between(target, pose), FARTHEST) * last
+    terms[world, hand, 6] = -weights[6] * wp.min(angle_between(target, pose), FARTHEST) * last
     for term in range(terms.shape[2]):
         total[world, hand] += terms[world, hand, term]

@@ -4,9 +4,8 @@ import warp as wp
 
 from .goals import contact_strength, is_touching
 from .kinematics import wrist_pose, wrist_twist
-from .metrics import tilt_between
+from .poses import angle_between, distance_between, tilt_between
 from .resets import ReferenceTable, set_hand_goal
-from .rotations import quat_to_rotation_vector
 from .states import Goal, HandModel, HandState, ObjectState, PhaseState
 
 wp.set_module_options({"enable_backward": False})
@@ -124,6 +123,12 @@ def wrists_arrived(
     return late == 0
 
 
+@wp.func
+def is_near(pose: wp.transform, wanted: wp.transform, position: float, rotation: float) -> bool:
+    """Whether a frame is less than a distance [m] and an angle [rad] from another."""
+    return distance_between(pose, wanted) < position and angle_between(pose, wanted) < rotation
+
+
 @wp.kernel
 def advance_phases(
     hand_state: HandState,
@@ -157,8 +162,6 @@ def advance_phases(
     phase.untouched_steps[world] = wp.where(hands[0] == hands[1], phase.untouched_steps[world] + 1, 0)
 
     pose, asked = object_state.pose[world], goal.object_pose[world]
-    distance = wp.length(wp.transform_get_translation(asked) - wp.transform_get_translation(pose))
-    turn = wp.transform_get_rotation(asked) * wp.quat_inverse(wp.transform_get_rotation(pose))
     velocity = object_state.velocity[world]
     at_rest = (
         wp.length(wp.spatial_top(velocity)) < limits.object_speed
@@ -169,19 +172,17 @@ def advance_phases(
     if aim == _GRASP:
         met = at_rest and hands[1] == 0
     elif aim == _OBJECT:
-        near = distance < limits.position and wp.length(quat_to_rotation_vector(turn)) < limits.rotation
-        met = at_rest and near
+        met = at_rest and is_near(pose, asked, limits.position, limits.rotation)
     elif aim == _HINGE:
         met = wp.abs(goal.angle[world] - object_state.hinge_q[world]) < limits.hinge
     elif aim == _HANDS:
         met = wrists_arrived(hand_state, goal, target, limits, world)
     phase.settled_steps[world] = wp.where(met, phase.settled_steps[world] + 1, 0)
 
-    tilt = tilt_between(wp.transform_get_rotation(phase.start_object_pose[world]), wp.transform_get_rotation(pose))
     ended = _RUNNING
     if table.carries[index] != 0 and phase.untouched_steps[world] >= limits.drop_steps:
         ended = _DROPPED
-    elif table.carries[index] == 0 and tilt > limits.tilt:
+    elif table.carries[index] == 0 and tilt_between(phase.start_object_pose[world], pose) > limits.tilt:
         ended = _TOPPLED
     elif phase.settled_steps[world] >= limits.settle_steps and phase.step[world] >= table.least_steps[index]:
         ended = _DONE
@@ -190,17 +191,15 @@ def advance_phases(
         if aim == _GRASP:
             ended = _NOT_GRASPED
         elif aim == _OBJECT:
-            ended = wp.where(distance > limits.slip, _SLIPPED, _NOT_REACHED)
+            ended = wp.where(distance_between(pose, asked) > limits.slip, _SLIPPED, _NOT_REACHED)
         elif aim == _HINGE:
             ended = _NOT_REACHED
     if ended == _RUNNING:
         return
-    if ended == _DONE and table.places[index] != 0:
-        target_pose = goal.target_object_pose[world]
-        distance = wp.length(wp.transform_get_translation(target_pose) - wp.transform_get_translation(pose))
-        turn = wp.transform_get_rotation(target_pose) * wp.quat_inverse(wp.transform_get_rotation(pose))
-        if distance > limits.placed_position or wp.length(quat_to_rotation_vector(turn)) > limits.placed_rotation:
-            ended = _NOT_REACHED
+    target_pose = goal.target_object_pose[world]
+    is_placed = is_near(pose, target_pose, limits.placed_position, limits.placed_rotation)
+    if ended == _DONE and table.places[index] != 0 and not is_placed:
+        ended = _NOT_REACHED
     outcome[world, index] = ended
     back = table.retry_from[index]
     # hands that still hold the object had better go on than open

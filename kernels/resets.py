@@ -4,7 +4,7 @@ import warp as wp
 
 from .kinematics import part_pose, pose_fingers
 from .layout import WRIST_DOF_COUNT
-from .rotations import offset_pose
+from .poses import offset_pose
 from .states import Goal, HandModel, HandState, ObjectModel, ObjectState, PhaseState
 from .wrist_priors import move_away
 

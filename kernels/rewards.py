@@ -2,9 +2,10 @@
 
 import warp as wp
 
-from .goals import contact_strength, is_touching, keypoint_error, manipulated_part_pose, wrist_rotation_error
+from .goals import contact_strength, is_touching, keypoint_error, manipulated_part_pose
 from .kinematics import wrist_twist
 from .layout import KEYPOINT_COUNT, LINK_COUNT, WRIST_DOF_COUNT
+from .poses import turn_between
 from .states import Goal, HandState, ObjectModel, ObjectState
 
 TERMS = (
@@ -153,7 +154,7 @@ def compute_rewards(
         result[_KEYPOINT] = -weights.keypoint * joint_error - weights.fingertip * tip_error
 
         wrist_in_part = wp.transform_inverse(part) * hand_state.link_pose[world, hand, 0]
-        rotation_error = wrist_rotation_error(wrist_in_part, goal.wrist_pose_in_part[world, hand])
+        rotation_error = turn_between(wrist_in_part, goal.wrist_pose_in_part[world, hand])
         finger_error = finger_errors_squared(hand_state, goal, world, hand)
         result[_POSE] = -weights.pose * norm_from_square(wp.length_sq(rotation_error) + finger_error)
 

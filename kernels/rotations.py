@@ -80,12 +80,3 @@ def quat_to_euler_xyz_near(q: wp.quat, reference: wp.vec3) -> wp.vec3:
     if wp.length_sq(flipped - reference) < wp.length_sq(near - reference):
         return flipped
     return near
-
-
-@wp.func
-def offset_pose(pose: wp.transform, translation: wp.vec3, rotation: wp.vec3) -> wp.transform:
-    """Shift a frame and turn it about its own origin; both offsets in the frame that the pose is given in."""
-    return wp.transform(
-        wp.transform_get_translation(pose) + translation,
-        rotation_vector_to_quat(rotation) * wp.transform_get_rotation(pose),
-    )

@@ -3,6 +3,7 @@
 import warp as wp
 
 from .kinematics import part_pose
+from .poses import blend_poses, distance_between, turn_between
 from .rotations import quat_to_rotation_vector, rotation_vector_to_quat
 from .states import Goal, ObjectModel, PhaseState
 
@@ -32,23 +33,6 @@ def smooth_step(value: float, end: float) -> float:
 
 
 @wp.func
-def shift_pose(pose: wp.transform, offset: wp.vec3) -> wp.transform:
-    """The frame moved without turning it."""
-    return wp.transform(wp.transform_get_translation(pose) + offset, wp.transform_get_rotation(pose))
-
-
-@wp.func
-def blend_poses(start: wp.transform, end: wp.transform, fraction: float) -> wp.transform:
-    """Straight line between positions and shortest turn between rotations."""
-    start_rotation = wp.transform_get_rotation(start)
-    turn = quat_to_rotation_vector(wp.quat_inverse(start_rotation) * wp.transform_get_rotation(end))
-    return wp.transform(
-        wp.lerp(wp.transform_get_translation(start), wp.transform_get_translation(end), fraction),
-        start_rotation * rotation_vector_to_quat(fraction * turn),
-    )
-
-
-@wp.func
 def shortened(vector: wp.vec3, limit: float) -> wp.vec3:
     """The vector, or as much of it as is no longer than a limit."""
     return vector * (limit / wp.max(wp.length(vector), limit))
@@ -62,10 +46,7 @@ def correct_pose(pose: wp.transform, found: wp.transform, wanted: wp.transform, 
     """
     origin = wp.transform_get_translation(wanted)
     shift = shortened(share * (origin - wp.transform_get_translation(found)), CORRECTION_SHIFT)
-    turn = quat_to_rotation_vector(
-        wp.transform_get_rotation(wanted) * wp.quat_inverse(wp.transform_get_rotation(found))
-    )
-    rotation = rotation_vector_to_quat(shortened(share * turn, CORRECTION_TURN))
+    rotation = rotation_vector_to_quat(shortened(share * turn_between(found, wanted), CORRECTION_TURN))
     arm = wp.quat_rotate(rotation, wp.transform_get_translation(pose) - origin)
     return wp.transform(origin + arm + shift, rotation * wp.transform_get_rotation(pose))
 
@@ -145,9 +126,8 @@ def planned_object_pose(
         speed, turn_speed: mean speeds, m and rad per control step; the slower of the two sets the pace.
     """
     start, end = phase.start_object_pose[world], goal.object_pose[world]
-    distance = wp.length(wp.transform_get_translation(end) - wp.transform_get_translation(start))
     turn = quat_to_rotation_vector(wp.quat_inverse(wp.transform_get_rotation(start)) * wp.transform_get_rotation(end))
-    duration = wp.max(distance / speed, wp.length(turn) / turn_speed)
+    duration = wp.max(distance_between(start, end) / speed, wp.length(turn) / turn_speed)
     return blend_poses(start, end, smooth_step(now, duration))
 
 
