@@ -6,7 +6,8 @@ from .states import PhaseState
 
 wp.set_module_options({"enable_backward": False})
 
-_EPISODE_STRIDE = wp.constant(7919)
+EPISODE_STRIDE = wp.constant(7919)
+"""Between the seeds of a world's draws in one episode and the next."""
 _REFERENCE_STREAM = wp.constant(104729)
 
 
@@ -57,7 +58,7 @@ def begin_episodes(
     world = wp.tid()
     if world_mask[world] == 0:
         return
-    random = wp.rand_init(seed + _REFERENCE_STREAM + _EPISODE_STRIDE * episode[world], world)
+    random = wp.rand_init(seed + _REFERENCE_STREAM + EPISODE_STRIDE * episode[world], world)
     first, count = first_reference[world], reference_count[world]
     reference_index[world] = first + wp.randi(random, 0, count)
     if wp.randf(random) < practice:

@@ -35,7 +35,7 @@ def write_hands(
 
 @wp.kernel
 def write_torques(torque: wp.array3d[float], layout: NewtonLayout, joint_f: wp.array[float]):
-    """Joint torques [W, H, 51] into Newton's joint forces; launched over [world, hand, dof]."""
+    """Joint torques [W, H, 51], N and N.m, into Newton's joint forces; launched over [world, hand, dof]."""
     world, hand, dof = wp.tid()
     joint_f[world * layout.world_dofs + layout.hand_dof[hand, dof]] = torque[world, hand, dof]
 

@@ -52,14 +52,6 @@ class NewtonLayout:
 
 
 @wp.kernel
-def pack_torques(joint_torque: wp.array3d[float], layout: NewtonLayout, joint_f: wp.array[float]):
-    """Write joint torques [N, N.m] into Newton's joint forces; launched over [world, hand]."""
-    world, hand = wp.tid()
-    for dof in range(joint_torque.shape[2]):
-        joint_f[world * layout.world_dofs + layout.hand_dof[hand, dof]] = joint_torque[world, hand, dof]
-
-
-@wp.kernel
 def check_worlds(
     joint_q: wp.array[float],
     joint_qd: wp.array[float],

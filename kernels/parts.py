@@ -3,19 +3,19 @@
 import warp as wp
 
 from .kinematics import part_pose
+from .states import ObjectModel, ObjectState
+
+wp.set_module_options({"enable_backward": False})
 
 
 @wp.kernel
-def pose_parts(
-    object_pose: wp.array[wp.transform],
-    hinge_angle: wp.array[float],
-    hinge_origin: wp.vec3,
-    hinge_axis: wp.vec3,
-    part_poses: wp.array2d[wp.transform],
-):
-    """Frames of both parts, from the frame of the base and the hinge angle [rad].
-
-    Launch with ``dim=(W, 2)``. All frames: world; m. The hinge is given in the base frame.
-    """
+def pose_parts(object_state: ObjectState, object_model: ObjectModel, part_poses: wp.array2d[wp.transform]):
+    """Frames of both parts [W, 2], in the frame that the base's pose is given in; m. Launch with ``dim=(W, 2)``."""
     world, part = wp.tid()
-    part_poses[world, part] = part_pose(object_pose[world], hinge_origin, hinge_axis, hinge_angle[world], part)
+    part_poses[world, part] = part_pose(
+        object_state.pose[world],
+        object_model.hinge_origin[world],
+        object_model.hinge_axis[world],
+        object_state.hinge_q[world],
+        part,
+    )

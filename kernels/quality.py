@@ -1,10 +1,9 @@
-"""How well a motion is made: how jerky hands move, how steadily they touch, and where the parts are."""
+"""How well a motion is made: how jerky hands move, how steadily they touch, how deep they are in what they hold."""
 
 import warp as wp
 
 from .goals import contact_strength, is_touching
-from .kinematics import part_pose
-from .states import Goal, HandState, ObjectModel, ObjectState
+from .states import Goal, HandState
 
 wp.set_module_options({"enable_backward": False})
 
@@ -91,19 +90,6 @@ def update_quality(hand_state: HandState, goal: Goal, failure: wp.array[int], st
     if either > 0 or quality.contact_steps[world, hand] > 0:
         quality.contact_steps[world, hand] += 1
     quality.touching[world, hand] = touching
-
-
-@wp.kernel
-def pose_parts(object_state: ObjectState, object_model: ObjectModel, pose: wp.array2d[wp.transform]):
-    """Frames of both parts in the world, [W, 2]; launch with ``dim=(W, 2)``."""
-    world, part = wp.tid()
-    pose[world, part] = part_pose(
-        object_state.pose[world],
-        object_model.hinge_origin[world],
-        object_model.hinge_axis[world],
-        object_state.hinge_q[world],
-        part,
-    )
 
 
 @wp.kernel

@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from .episodes import EPISODE_STRIDE
 from .kinematics import part_pose, pose_fingers
 from .layout import WRIST_DOF_COUNT
 from .poses import offset_pose
@@ -11,7 +12,6 @@ from .wrist_priors import move_away
 wp.set_module_options({"enable_backward": False})
 
 _WRIST_DOF_COUNT = wp.constant(WRIST_DOF_COUNT)
-_EPISODE_STRIDE = wp.constant(7919)
 
 
 @wp.struct
@@ -161,7 +161,7 @@ def reset_worlds(
     world = wp.tid()
     if world_mask[world] == 0:
         return
-    random = wp.rand_init(seed + _EPISODE_STRIDE * episode[world], world)
+    random = wp.rand_init(seed + EPISODE_STRIDE * episode[world], world)
     episode[world] = episode[world] + 1
     reference = reference_index[world]
     hinge_origin = object_model.hinge_origin[world]

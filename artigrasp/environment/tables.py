@@ -24,6 +24,7 @@ from artigrasp.environment.worlds import WorldPlan
 from artigrasp.errors import unknown
 from artigrasp.kernels import actions, metrics, outcomes, phases, resets, rewards, states
 from artigrasp.kernels.layout import ARTICULATED, HANDS
+from artigrasp.kernels.torques import DOF_GROUPS
 from artigrasp.references.reference import ReferenceSet
 
 WRIST_CLEARANCE, IDLE_CLEARANCE = 0.02, 0.2
@@ -195,8 +196,7 @@ def action_settings(config: ActionConfig, reset: ResetConfig, control_dt: float)
     if config.synergy is not None:
         settings.synergy_scale = actions.SynergyScale(*synergy_scales(config.synergy).values())
     if config.residual is not None:
-        scales = (config.residual.wrist_translation, config.residual.wrist_rotation, config.residual.fingers)
-        settings.residual_scale = wp.vec3(*scales)
+        settings.residual_scale = wp.vec3(*(getattr(config.residual, group) for group in DOF_GROUPS))
     return settings
 
 
@@ -250,4 +250,4 @@ def synergy_basis(sides: Sequence[str], device: str) -> wp.array:
 
 def gain_groups(gains: PDGains) -> tuple[PDGain, ...]:
     """Gains in the order of `DOF_GROUPS`."""
-    return gains.wrist_translation, gains.wrist_rotation, gains.fingers
+    return tuple(getattr(gains, group) for group in DOF_GROUPS)

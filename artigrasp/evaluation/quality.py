@@ -15,6 +15,7 @@ from artigrasp.assets.object import ObjectModel
 from artigrasp.environment.environment import Environment
 from artigrasp.kernels import quality
 from artigrasp.kernels.layout import ARTICULATED, BASE, KEYPOINT_COUNT, PARTS
+from artigrasp.kernels.parts import pose_parts
 from artigrasp.references.hand_distance import HandDistance, PartMeshes
 
 DEPTH_INTERVAL = 10
@@ -51,7 +52,7 @@ class QualityRecorder:
             wp.copy(distance.hands.joint_q, hands.joint_q)
             wp.copy(distance.hands.hand_base, hands.hand_base)
             parts = [environment.state.objects, environment.object_model, distance.part_pose]
-            wp.launch(quality.pose_parts, (environment.world_count, len(PARTS)), parts, device=environment.device)
+            wp.launch(pose_parts, (environment.world_count, len(PARTS)), parts, device=environment.device)
             distance.launch()
             wp.launch(
                 quality.add_depth,

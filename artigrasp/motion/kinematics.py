@@ -104,19 +104,14 @@ def pose_object(
     Returns:
         Part frames in the frame that the base poses are given in: position [m], quaternion xyzw, shape ``[N, 2, 7]``.
     """
-    poses = wp.zeros((len(hinge_angle), len(PARTS)), dtype=wp.transform, device=_DEVICE)
-    wp.launch(
-        pose_parts,
-        dim=poses.shape,
-        inputs=[
-            wp.array(object_pose, dtype=wp.transform, device=_DEVICE),
-            wp.array(hinge_angle, dtype=float, device=_DEVICE),
-            wp.vec3(*object.hinge_origin),
-            wp.vec3(*object.hinge_axis),
-        ],
-        outputs=[poses],
-        device=_DEVICE,
-    )
+    count = len(hinge_angle)
+    model, state = states.object_model(count, _DEVICE), states.object_state(count, _DEVICE)
+    model.hinge_origin.fill_(wp.vec3(*object.hinge_origin))
+    model.hinge_axis.fill_(wp.vec3(*object.hinge_axis))
+    state.pose.assign(object_pose)
+    state.hinge_q.assign(hinge_angle)
+    poses = wp.zeros((count, len(PARTS)), dtype=wp.transform, device=_DEVICE)
+    wp.launch(pose_parts, dim=poses.shape, inputs=[state, model], outputs=[poses], device=_DEVICE)
     return np.asarray(poses.numpy(), np.float32)
 
 

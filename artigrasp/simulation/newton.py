@@ -15,7 +15,7 @@ import warp as wp
 from newton.solvers import SolverMuJoCo
 
 from artigrasp.errors import UserError
-from artigrasp.kernels import newton_state
+from artigrasp.kernels import newton_joints, newton_state
 from artigrasp.kernels.layout import DOF_COUNT, DOFS, LINKS, PARTS
 from artigrasp.simulation.launches import OnWorlds, launch_nothing
 from artigrasp.simulation.scene import (
@@ -163,8 +163,8 @@ class NewtonSimulation:
 
     def pack_torques(self) -> None:
         """Write ``joint_torque`` where the solver takes it from."""
-        hands = (self.world_count, self.hand_count)
-        self._launch(newton_state.pack_torques, hands, [self.joint_torque, self._layout], [self._control.joint_f])
+        torque = self.joint_torque
+        self._launch(newton_joints.write_torques, torque.shape, [torque, self._layout], [self._control.joint_f])
 
     def step_solver(self) -> None:
         """All substeps with the torques held, and nothing else: what :meth:`step` is measured by."""
