@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from .phases import move_hand_base
+from .phase_starts import move_hand_base
 from .states import Goal, HandState, ObjectState, PhaseState
 
 wp.set_module_options({"enable_backward": False})

@@ -9,7 +9,7 @@ from artigrasp.config import PhaseConfig, TaskConfig
 from artigrasp.environment import tables
 from artigrasp.environment.acting import Acting
 from artigrasp.environment.worlds import WorldPlan
-from artigrasp.kernels import episodes, phases, resets, states
+from artigrasp.kernels import episodes, phase_starts, phases, resets, states
 from artigrasp.simulation.launches import record
 from artigrasp.simulation.state import SimulationState
 
@@ -79,7 +79,7 @@ class PhaseMachine:
         ]  # fmt: skip
         self._change = [
             record(phases.advance_phases, worlds.world_count, end, self._device),
-            record(phases.begin_phases, worlds.world_count, begin, self._device),
+            record(phase_starts.begin_phases, worlds.world_count, begin, self._device),
         ]
 
     def begin_episodes(self, world_mask: wp.array) -> None:
@@ -104,7 +104,7 @@ class PhaseMachine:
             world_mask, self._references, self.reference_index, self._table, self._physics.objects, self.state,
         ]  # fmt: skip
         outputs = [self._goal, self._acting.stiffness, self._acting.damping]
-        wp.launch(phases.set_phase_goal, world_mask.shape, inputs, outputs, device=self._device)
+        wp.launch(phase_starts.set_phase_goal, world_mask.shape, inputs, outputs, device=self._device)
 
     @property
     def is_over(self) -> bool:

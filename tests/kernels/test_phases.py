@@ -12,7 +12,8 @@ from artigrasp.config import PDGain, PDGains, PhaseConfig
 from artigrasp.environment.tables import phase_limits, phase_table
 from artigrasp.kernels import states
 from artigrasp.kernels.layout import DOF_COUNT
-from artigrasp.kernels.phases import OUTCOMES, advance_phases, begin_phases, reset_outcomes, set_phase_goal
+from artigrasp.kernels.phase_starts import begin_phases, set_phase_goal
+from artigrasp.kernels.phases import OUTCOMES, advance_phases, reset_outcomes
 from tests.kernels import numpy_reference
 from tests.kernels.samples import random_poses
 from tests.kernels.test_resets import REFERENCE_COUNT, WORLD_COUNT, Worlds
