@@ -1,8 +1,8 @@
 """Actions to PD targets: a prior, slow synergy offsets and a fast residual, added up.
 
-The paper's action (Section 4.2 and the authors' release) is ``WRIST_REFERENCE`` with ``FINGERS_CURRENT`` and the
-residual alone. ``WRIST_HINGE`` with ``FINGERS_REFERENCE`` and no residual is the PD+IK baseline. The other priors are
-those of the phases between and after grasps (Section 5, Sequence Generation).
+The paper's action (Section 4.2 and the authors' release) is the wrist prior "reference" with the finger prior "current"
+and the residual alone. "hinge" with "reference" and no residual is the PD+IK baseline. The other priors are those of
+the phases between and after grasps (Section 5, Sequence Generation).
 """
 
 from collections.abc import Sequence
@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 import warp as wp
 
-from .layout import DOFS, FINGER_DOF_COUNT, HANDS, KEYPOINTS, WRIST_DOF_COUNT
+from .layout import HANDS, KEYPOINTS, WRIST_DOF_COUNT
 from .poses import blend_poses, offset_pose, shift_pose
 from .rotations import quat_to_euler_xyz_near
 from .states import Goal, HandState, ObjectModel, ObjectState, PhaseState
+from .synergies import SYNERGIES, SYNERGY_COUNT, WRIST_SYNERGIES
 from .torques import dof_group
 from .wrist_priors import (
     correct_pose,
@@ -44,12 +45,6 @@ FINGER_PRIORS = ("current", "reference", "closed", "opening")
 """Finger priors: the current angles; angles that close from open to the reference; the reference; angles that open
 again."""
 
-FINGER_SYNERGIES = ("finger_flexion", "thumb1_x", "thumb1_y", "thumb1_z", "thumb_flexion")
-WRIST_SYNERGIES = ("wrist_tx", "wrist_ty", "wrist_tz", "wrist_rx", "wrist_ry", "wrist_rz")
-SYNERGIES = (*WRIST_SYNERGIES, *FINGER_SYNERGIES, "lead", "squeeze", "press")
-"""The directions of slow offsets: of the wrist in the manipulated part's frame, of the fingers, of the lead on the
-hinge, and of how firmly a closed hand holds. A task uses all or some of them."""
-SYNERGY_COUNT = len(SYNERGIES)
 if TYPE_CHECKING:
     SynergyScale: TypeAlias = wp.vec4  # a type checker cannot count its numbers
 else:
@@ -61,32 +56,6 @@ _WRIST_DOF_COUNT = wp.constant(WRIST_DOF_COUNT)
 _FIRST_FINGER_SYNERGY = wp.constant(len(WRIST_SYNERGIES))
 _LEAD, _SQUEEZE, _PRESS = (wp.constant(SYNERGIES.index(name)) for name in ("lead", "squeeze", "press"))
 _PALM = wp.constant(KEYPOINTS.index("middle1"))
-
-
-def finger_synergy_basis(hands: Sequence[str]) -> np.ndarray:
-    """Change of the finger angles per radian of each finger synergy: the common flexion, then four of the thumb.
-
-    Flexion turns about z, positive on a right hand; the two outer thumb joints flex about the axis midway between
-    -y and z. Turns about y and z change sign on a left hand.
-
-    Args:
-        hands: sides in the scene's order, each ``"left"`` or ``"right"``.
-
-    Returns:
-        [H, 5, 45] angles, rad per rad.
-    """
-    angles = DOFS[WRIST_DOF_COUNT:]
-    basis = np.zeros((len(FINGER_SYNERGIES), FINGER_DOF_COUNT), dtype=np.float32)
-    for column, name in enumerate(angles):
-        if not name.startswith("thumb") and name.endswith("_rz"):
-            basis[0, column] = 1.0
-    for row, axis in enumerate("xyz", start=1):
-        basis[row, angles.index(f"thumb1_r{axis}")] = 1.0
-    for joint in ("thumb2", "thumb3"):
-        basis[4, angles.index(f"{joint}_ry")] = -np.sqrt(0.5)
-        basis[4, angles.index(f"{joint}_rz")] = np.sqrt(0.5)
-    mirror = np.where([name.endswith("_rx") for name in angles], 1.0, -1.0)
-    return np.stack([basis if hand == "right" else basis * mirror for hand in hands]).astype(np.float32)
 
 
 def hand_backs(hands: Sequence[str]) -> np.ndarray:
@@ -281,7 +250,7 @@ def pd_targets(
     Args:
         hand_state, object_state, object_model, goal, phase: see `states`.
         phase_settings: [P] priors and scales of every phase.
-        synergy_basis: [H, 5, 45] of `finger_synergy_basis`.
+        synergy_basis: [H, 5, 45] of `synergies.finger_synergy_basis`.
         hand_back: [H] of `hand_backs`.
         synergy: [W, H, 14] offsets in units of their scales, order `SYNERGIES`.
         residual: [W, H, 51] offsets in units of their scales.

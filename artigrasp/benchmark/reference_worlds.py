@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 from artigrasp.config import PDGains, PhysicsConfig, SimulatorConfig, TaskConfig
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.worlds import trial_worlds
-from artigrasp.kernels.actions import finger_synergy_basis
 from artigrasp.kernels.layout import ARTICULATED, WRIST_DOF_COUNT
+from artigrasp.kernels.synergies import finger_synergy_basis
 from artigrasp.references.reference import ReferenceSet
 from artigrasp.simulation.cpu import CpuSimulation
 from artigrasp.simulation.world_block import CONTROL

@@ -13,6 +13,7 @@ from artigrasp.environment.action_columns import last_column, term_adds_up, term
 from artigrasp.environment.world_range import WorldRange
 from artigrasp.kernels import actions, episodes, torques
 from artigrasp.kernels.layout import DOF_COUNT
+from artigrasp.kernels.synergies import SYNERGY_COUNT
 from artigrasp.simulation.launches import record
 
 
@@ -53,7 +54,7 @@ class Acting:
         self.action_count = max(last_column(each) for each in phases)
         self.target = wp.zeros((*shape, DOF_COUNT), dtype=float, device=device)
         self._action = wp.zeros((*shape, self.action_count), dtype=float, device=device)
-        self.synergy = wp.zeros((*shape, actions.SYNERGY_COUNT), dtype=float, device=device)
+        self.synergy = wp.zeros((*shape, SYNERGY_COUNT), dtype=float, device=device)
         self.residual = wp.zeros((*shape, DOF_COUNT), dtype=float, device=device)
         self.stiffness, self.damping = (wp.zeros((*shape, 3), dtype=float, device=device) for _ in range(2))
         self._terms = [

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 from artigrasp.config import ActionConfig, PhaseConfig, SynergyConfig
-from artigrasp.kernels import actions
 from artigrasp.kernels.layout import DOF_COUNT
+from artigrasp.kernels.synergies import FINGER_SYNERGIES, SYNERGIES, WRIST_SYNERGIES
 
 FOR_EVER = 2**31 - 1
 """Control steps for which a decision holds after which there is none."""
@@ -12,12 +12,12 @@ FOR_EVER = 2**31 - 1
 
 def synergy_scales(config: SynergyConfig) -> dict[str, float]:
     """Scale of each of ``SYNERGIES``; a direction with a scale of zero is not in use."""
-    scales = dict.fromkeys(actions.WRIST_SYNERGIES[:3], config.wrist_translation)
-    scales |= dict.fromkeys(actions.WRIST_SYNERGIES[3:], config.wrist_rotation)
-    scales |= dict.fromkeys(actions.FINGER_SYNERGIES, config.thumb)
+    scales = dict.fromkeys(WRIST_SYNERGIES[:3], config.wrist_translation)
+    scales |= dict.fromkeys(WRIST_SYNERGIES[3:], config.wrist_rotation)
+    scales |= dict.fromkeys(FINGER_SYNERGIES, config.thumb)
     scales["finger_flexion"] = config.finger_flexion
     scales |= {"lead": config.hinge_lead, "squeeze": config.squeeze, "press": config.press}
-    return {name: scales[name] for name in actions.SYNERGIES}
+    return {name: scales[name] for name in SYNERGIES}
 
 
 def synergy_directions(config: SynergyConfig | None) -> list[str]:
@@ -46,7 +46,7 @@ def term_columns(configs: Sequence[PhaseConfig], name: str) -> tuple[list[list[i
     for config in configs:
         directions, first = synergy_directions(config.action.synergy), config.first_column
         if name == "synergy":
-            columns.append([first + directions.index(each) if each in directions else -1 for each in actions.SYNERGIES])
+            columns.append([first + directions.index(each) if each in directions else -1 for each in SYNERGIES])
         else:
             first += len(directions)
             columns.append(list(range(first, first + DOF_COUNT)))

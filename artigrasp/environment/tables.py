@@ -24,6 +24,7 @@ from artigrasp.environment.worlds import WorldPlan
 from artigrasp.errors import unknown
 from artigrasp.kernels import actions, metrics, outcomes, phases, resets, rewards, states
 from artigrasp.kernels.layout import ARTICULATED, HANDS
+from artigrasp.kernels.synergies import finger_synergy_basis
 from artigrasp.kernels.torques import DOF_GROUPS
 from artigrasp.references.reference import ReferenceSet
 
@@ -245,7 +246,7 @@ def phase_limits(retry_count: int) -> phases.PhaseLimits:
 
 def synergy_basis(sides: Sequence[str], device: str) -> wp.array:
     """Finger angles per radian of each finger synergy, shape [hand, 5, 45]."""
-    return wp.array(actions.finger_synergy_basis(sides), dtype=float, device=device)
+    return wp.array(finger_synergy_basis(sides), dtype=float, device=device)
 
 
 def gain_groups(gains: PDGains) -> tuple[PDGain, ...]:

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 from artigrasp.config import ActionConfig, ResidualConfig, SynergyConfig, TaskConfig
 from artigrasp.controllers.controller import PolicyController
 from artigrasp.controllers.mirror import hinge_axis_in_part, mirror_actions, mirror_features
-from artigrasp.kernels.actions import SYNERGIES
 from artigrasp.kernels.layout import DOF_COUNT, FEATURES, feature_slice
+from artigrasp.kernels.synergies import SYNERGIES
 from artigrasp.tasks import get_task
 from tests.controllers.examples import example_policy
 from tests.kernels.launches import launch_features

@@ -11,15 +11,14 @@ from artigrasp.assets.hand import load_hand
 from artigrasp.kernels import states
 from artigrasp.kernels.actions import (
     FINGER_PRIORS,
-    SYNERGIES,
     WRIST_PRIORS,
     ActionSettings,
     SynergyScale,
-    finger_synergy_basis,
     hand_backs,
     pd_targets,
 )
 from artigrasp.kernels.layout import ARTICULATED, DOF_COUNT, DOFS, HANDS
+from artigrasp.kernels.synergies import SYNERGIES, finger_synergy_basis
 from tests.kernels import numpy_reference
 from tests.kernels.launches import launch_forward_kinematics
 from tests.kernels.samples import Sample, random_sample, to_device
