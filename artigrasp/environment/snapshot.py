@@ -53,7 +53,12 @@ def _world_arrays(environment: Environment) -> dict[str, Any]:
         for name in states.element_types(kind)
     }
     arrays["simulation.joint_torque"] = environment.simulation.joint_torque
-    holders: dict[str, object] = {"environment": environment, "state": state}
+    holders: dict[str, object] = {
+        "environment": environment,
+        "acting": environment._acting,
+        "machine": environment._machine,
+        "state": state,
+    }
     if isinstance(environment.simulation, CpuSimulation):
         holders["packed"] = environment.simulation.packed
     for holder, values in holders.items():
