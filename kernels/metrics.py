@@ -23,10 +23,9 @@ class EpisodeMetrics:
         angle: hinge angle, now.
         displacement: distance of the base frame's origin from its start, now, m.
         displacement_max, displacement_mean: the same over the episode, m.
-        tilt: angle between the base's start direction of up and up; turning about the vertical is no tilt.
-        tilt_max: the same over the episode.
-        angle_change: absolute change of the hinge angle since the start, now.
-        angle_change_max: the same over the episode.
+        tilt_max: angle between the base's start direction of up and up, over the episode; turning about the vertical
+            is no tilt.
+        angle_change_max: absolute change of the hinge angle since the start, over the episode.
         angle_error: absolute distance of the hinge angle from its target, now.
         angle_error_mean, angle_error_min: the same over the episode.
         lift: height of the base frame's origin over its start, now, m.
@@ -35,7 +34,6 @@ class EpisodeMetrics:
         position_error_mean, position_error_min: the same over the episode, m.
         rotation_error: angle between the base and its target, now.
         rotation_error_min: the same over the episode.
-        opened: int, 1 once the angle has changed by more than the threshold.
         failure: int, bits of `FAILURES`, kept until the reset.
     """
 
@@ -44,9 +42,7 @@ class EpisodeMetrics:
     displacement: wp.array[float]
     displacement_max: wp.array[float]
     displacement_mean: wp.array[float]
-    tilt: wp.array[float]
     tilt_max: wp.array[float]
-    angle_change: wp.array[float]
     angle_change_max: wp.array[float]
     angle_error: wp.array[float]
     angle_error_mean: wp.array[float]
@@ -58,22 +54,19 @@ class EpisodeMetrics:
     position_error_min: wp.array[float]
     rotation_error: wp.array[float]
     rotation_error_min: wp.array[float]
-    opened: wp.array[int]
     failure: wp.array[int]
 
 
 @wp.struct
-class MetricLimits:
-    """Thresholds of the measurements.
+class FailureLimits:
+    """From where on physics counts as failed.
 
     Attributes:
-        opened_angle: change of the hinge angle that counts as opened, rad.
         speed: largest believable speed of any joint or of the object's base, m/s and rad/s.
         coordinate: largest believable joint coordinate of a hand, m and rad.
         displacement: distance from its start at which the object counts as lost, m.
     """
 
-    opened_angle: float
     speed: float
     coordinate: float
     displacement: float
@@ -89,7 +82,7 @@ def episode_metrics(world_count: int, device: str | None = None) -> EpisodeMetri
 
 @wp.func
 def failure_bits(
-    hand_state: HandState, object_state: ObjectState, limits: MetricLimits, displacement: float, world: int
+    hand_state: HandState, object_state: ObjectState, limits: FailureLimits, displacement: float, world: int
 ) -> int:
     """Bits of `FAILURES` that hold in a world now."""
     position = wp.transform_get_translation(object_state.pose[world])
@@ -141,9 +134,7 @@ def reset_metrics(world_mask: wp.array[int], goal: Goal, metrics: EpisodeMetrics
     metrics.displacement[world] = 0.0
     metrics.displacement_max[world] = 0.0
     metrics.displacement_mean[world] = 0.0
-    metrics.tilt[world] = 0.0
     metrics.tilt_max[world] = 0.0
-    metrics.angle_change[world] = 0.0
     metrics.angle_change_max[world] = 0.0
     metrics.angle_error[world] = angle_error
     metrics.angle_error_mean[world] = angle_error
@@ -155,7 +146,6 @@ def reset_metrics(world_mask: wp.array[int], goal: Goal, metrics: EpisodeMetrics
     metrics.position_error_min[world] = position_error
     metrics.rotation_error[world] = rotation_error
     metrics.rotation_error_min[world] = rotation_error
-    metrics.opened[world] = 0
     metrics.failure[world] = 0
 
 
@@ -166,7 +156,7 @@ def update_metrics(
     goal: Goal,
     diverged: wp.array[int],
     overflow_count: wp.array[int],
-    limits: MetricLimits,
+    limits: FailureLimits,
     metrics: EpisodeMetrics,
     failure_count: wp.array[int],
 ):
@@ -177,7 +167,7 @@ def update_metrics(
     Args:
         hand_state, object_state, goal: see `states`; the start is the goal's.
         diverged, overflow_count: [W] int, see ``simulation.state``.
-        limits: thresholds.
+        limits: see `FailureLimits`.
         metrics: in and out.
         failure_count: [failure] int, in and out: episodes in which each of `FAILURES` happened.
     """
@@ -211,9 +201,7 @@ def update_metrics(
     metrics.displacement[world] = displacement
     metrics.displacement_max[world] = wp.max(metrics.displacement_max[world], displacement)
     metrics.displacement_mean[world] = wp.lerp(metrics.displacement_mean[world], displacement, weight)
-    metrics.tilt[world] = tilt
     metrics.tilt_max[world] = wp.max(metrics.tilt_max[world], tilt)
-    metrics.angle_change[world] = angle_change
     metrics.angle_change_max[world] = wp.max(metrics.angle_change_max[world], angle_change)
     metrics.angle_error[world] = angle_error
     metrics.angle_error_mean[world] = wp.lerp(metrics.angle_error_mean[world], angle_error, weight)
@@ -225,5 +213,3 @@ def update_metrics(
     metrics.position_error_min[world] = wp.min(metrics.position_error_min[world], position_error)
     metrics.rotation_error[world] = rotation_error
     metrics.rotation_error_min[world] = wp.min(metrics.rotation_error_min[world], rotation_error)
-    if angle_change > limits.opened_angle:
-        metrics.opened[world] = 1

@@ -45,7 +45,7 @@ class Measuring:
         """
         self._device, self._opens = device, opens
         self.metrics = metrics.episode_metrics(world_count, device)
-        self._limits = tables.metric_limits(OPENED_ANGLE)
+        self._limits = tables.failure_limits()
         self._failure_count = wp.zeros((range_count, len(metrics.FAILURES)), dtype=int, device=device)
 
     def reset(self, world_mask: wp.array, goal: states.Goal) -> None:

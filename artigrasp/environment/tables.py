@@ -160,10 +160,9 @@ def outcome_weights(config: RewardConfig, device: str) -> wp.array | None:
     return wp.array(weights, dtype=float, device=device) if config.rewards_outcome else None
 
 
-def metric_limits(opened_angle: float) -> metrics.MetricLimits:
-    """Thresholds of the measurements and of what counts as failed physics."""
-    limits = metrics.MetricLimits()
-    limits.opened_angle = opened_angle
+def failure_limits() -> metrics.FailureLimits:
+    """Thresholds of what counts as failed physics."""
+    limits = metrics.FailureLimits()
     limits.speed = RUNAWAY_SPEED
     limits.coordinate = RUNAWAY_COORDINATE
     limits.displacement = LOST_DISPLACEMENT
