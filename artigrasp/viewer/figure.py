@@ -11,7 +11,7 @@ from artigrasp.viewer.contact_figure import ContactFigure
 from artigrasp.viewer.hand_figure import HandFigure, add_hand, pose_bones
 from artigrasp.viewer.object_figure import ObjectFigure, TargetGhost
 from artigrasp.viewer.recording import Aim, Sample, Track
-from artigrasp.viewer.table import add_plateau
+from artigrasp.viewer.studio import add_plateau
 
 
 class Figure:

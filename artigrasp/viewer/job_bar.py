@@ -2,8 +2,9 @@
 
 from collections.abc import Callable
 
-from viser import GuiApi, GuiEvent, Icon
+from viser import GuiApi, Icon
 
+from artigrasp.viewer.events import from_people
 from artigrasp.viewer.jobs import JobState
 
 
@@ -14,12 +15,7 @@ class JobBar:
         """Put it where the panel is being filled; ``cancel`` is called in a thread of the server."""
         self._bar = gui.add_progress_bar(0.0, visible=False, animated=True)
         self._stop = gui.add_button("Cancel", icon=Icon.PLAYER_STOP, visible=False, color="gray")
-
-        def stop(event: GuiEvent) -> None:
-            if event.client is not None:
-                cancel()
-
-        self._stop.on_click(stop)
+        self._stop.on_click(from_people(lambda event: cancel()))
 
     def show(self, job: JobState) -> None:
         """Say how far the work is."""

@@ -9,6 +9,7 @@ from viser import GuiApi, GuiEvent, Icon, SceneApi
 
 from artigrasp.assets.object import load_object
 from artigrasp.motion.motion import Motion
+from artigrasp.viewer.events import from_people
 from artigrasp.viewer.job_bar import JobBar
 from artigrasp.viewer.jobs import JobState
 from artigrasp.viewer.target_gizmo import TargetGizmo
@@ -81,11 +82,7 @@ class Maker:
         self._message.content = content
 
     def _from_people(self, act: Callable[[], None]) -> Callable[[GuiEvent], None]:
-        def handle(event: GuiEvent) -> None:
-            if event.client is not None:
-                self._post(act)
-
-        return handle
+        return from_people(lambda event: self._post(act))
 
     def _read(self) -> None:
         """Take over what the widgets say."""

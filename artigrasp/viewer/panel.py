@@ -8,6 +8,7 @@ from typing import Any, Protocol
 from viser import ClientHandle, GuiApi, GuiDropdownHandle, GuiEvent, GuiInputHandle, Icon
 
 from artigrasp.viewer.appearance import HAND_LOOKS, STRONG, Appearance, force_colours
+from artigrasp.viewer.events import from_people
 from artigrasp.viewer.gauge import metrics_html, scale_html, status_html
 from artigrasp.viewer.job_bar import JobBar
 from artigrasp.viewer.jobs import JobState
@@ -86,7 +87,7 @@ class Panel:
         self._appearance = appearance
         self._told = 0.0
         self._subjects = gui.add_dropdown("Show", ("",), visible=False)
-        self._subjects.on_update(_from_people(lambda event: requests.choose_subject(event.target.value)))
+        self._subjects.on_update(from_people(lambda event: requests.choose_subject(event.target.value)))
         self._status = gui.add_html("")
         self._build_playback()
         self._pickers = gui.add_folder(None)
@@ -156,16 +157,16 @@ class Panel:
         self._playback = gui.add_folder(None)
         with self._playback:
             self._play = gui.add_button("Play", icon=Icon.PLAYER_PLAY, hint="space")
-            self._play.on_click(_from_people(lambda event: requests.toggle()))
+            self._play.on_click(from_people(lambda event: requests.toggle()))
             self._timeline = gui.add_slider("Time [s]", 0.0, 1.0, 0.01, 0.0)
-            self._timeline.on_update(_from_people(lambda event: requests.seek(event.target.value)))
+            self._timeline.on_update(from_people(lambda event: requests.seek(event.target.value)))
             self._steps = gui.add_button_group("Step", ("<", ">", "reset"), hint="arrow keys, home")
             moves = {"<": lambda: requests.step(-1), ">": lambda: requests.step(1), "reset": requests.begin_anew}
-            self._steps.on_click(_from_people(lambda event: moves[event.target.value]()))
+            self._steps.on_click(from_people(lambda event: moves[event.target.value]()))
             self._speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value="1x")
-            self._speed.on_update(_from_people(lambda event: requests.set_speed(SPEEDS[event.target.value])))
+            self._speed.on_update(from_people(lambda event: requests.set_speed(SPEEDS[event.target.value])))
             self._loop = gui.add_checkbox("Loop", True)
-            self._loop.on_update(_from_people(lambda event: requests.set_loop(event.target.value)))
+            self._loop.on_update(from_people(lambda event: requests.set_loop(event.target.value)))
         for label, key, act in (
             ("Play or pause", "space", requests.toggle),
             ("Step back", "arrowleft", moves["<"]),
@@ -195,16 +196,16 @@ class Panel:
             self._appearance = replace(self._appearance, **{field: event.target.value})
             self._requests.set_appearance(self._appearance)
 
-        widget.on_update(_from_people(update))
+        widget.on_update(from_people(update))
 
     def _build_save(self) -> None:
         gui, requests = self._gui, self._requests
         icons = {"motion": Icon.FILE_DOWNLOAD, "USD": Icon.CUBE, "video": Icon.MOVIE}
         for what, (ending, _) in SAVERS.items():
             button = gui.add_button(f"Save {what} ({ending})", icon=icons[what])
-            button.on_click(_from_people(partial(self._save, what)))
+            button.on_click(from_people(partial(self._save, what)))
         button = gui.add_button("Save screenshot (.png)", icon=Icon.CAMERA)
-        button.on_click(_from_people(lambda event: requests.screenshot(event.client)))
+        button.on_click(from_people(lambda event: requests.screenshot(event.client)))
         self._job = JobBar(gui, requests.cancel)
 
     def _save(self, what: str, event: GuiEvent) -> None:
@@ -224,15 +225,5 @@ class Panel:
 
     def _make_picker(self, picker: Picker) -> GuiDropdownHandle[str]:
         handle = self._gui.add_dropdown(picker.label, picker.options, initial_value=picker.value)
-        handle.on_update(_from_people(lambda event: self._requests.pick(picker.label, event.target.value)))
+        handle.on_update(from_people(lambda event: self._requests.pick(picker.label, event.target.value)))
         return handle
-
-
-def _from_people(act: Callable[[GuiEvent], None]) -> Callable[[GuiEvent], None]:
-    """Leave out the updates that the program itself makes."""
-
-    def handle(event: GuiEvent) -> None:
-        if event.client is not None:
-            act(event)
-
-    return handle

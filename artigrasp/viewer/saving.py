@@ -8,11 +8,10 @@ from artigrasp.export.picture import Style, render_video
 from artigrasp.export.usd import export_usd
 from artigrasp.motion.file import save_motion
 from artigrasp.motion.motion import Motion
+from artigrasp.viewer.jobs import Progress
 
 VIDEO, VIDEO_RATE = Style(width=480, height=400, target=True), 15.0
 """Of a video, and its pictures per second; small, since somebody waits for it."""
-
-Progress = Callable[[int, int], None]
 
 
 def motion_bytes(motion: Motion, progress: Progress) -> bytes:

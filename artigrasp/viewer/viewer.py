@@ -14,17 +14,15 @@ from artigrasp.config import SimulatorConfig
 from artigrasp.errors import UserError
 from artigrasp.motion.motion import Motion
 from artigrasp.viewer.appearance import Appearance
-from artigrasp.viewer.figure import Figure
+from artigrasp.viewer.display import Display
 from artigrasp.viewer.jobs import Jobs
 from artigrasp.viewer.maker import Maker, error_html, motion_html
 from artigrasp.viewer.motion_subject import MotionSubject
 from artigrasp.viewer.panel import Panel
 from artigrasp.viewer.playback import Playback
-from artigrasp.viewer.recording import Track
 from artigrasp.viewer.saving import SAVERS, file_stem
 from artigrasp.viewer.server import Server
 from artigrasp.viewer.subject import Subject
-from artigrasp.viewer.table import Stage
 from artigrasp.viewer.wish import Wish, fulfil
 
 logger = logging.getLogger(__name__)
@@ -57,7 +55,6 @@ class Viewer:
 
     Attributes:
         playback: Where in time it is.
-        appearance: What is shown.
         subject: What is viewed.
     """
 
@@ -84,17 +81,13 @@ class Viewer:
         self._server, self._policies, self._simulator = server, policies, simulator
         self._calls: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._subjects = dict(subjects)
-        self.playback, self.appearance = Playback(playing=True), appearance or Appearance()
+        self.playback = Playback(playing=True)
         self.subject = next(iter(self._subjects.values()))
-        self._figures: list[Figure] = []
-        self._keys: list[tuple[str, ...]] = []
-        self._kept: dict[tuple[int, tuple[str, ...]], Figure] = {}
         self._generation = -1
         self._note = ""
         self._held_until = self._panel_due = self._plot_due = 0.0
         self._stopped = False
-        self._stage = Stage(server.viser)
-        self._stage.appear(self.appearance)
+        self._display = Display(server.viser, appearance or Appearance())
         self._jobs = Jobs(self.post)
         self._maker = Maker(server.viser.scene, self.post, objects, policies, self._generate, self._jobs.cancel)
         terms = dict.fromkeys(term for subject in subjects.values() for term in subject.reward_terms)
@@ -113,9 +106,9 @@ class Viewer:
         return self._server.is_watched
 
     @property
-    def figure_count(self) -> int:
-        """How many things are drawn side by side."""
-        return len(self._figures)
+    def appearance(self) -> Appearance:
+        """What is shown."""
+        return self._display.appearance
 
     def post(self, call: Callable[[], None]) -> None:
         """Let the viewer's thread do something soon."""
@@ -204,14 +197,7 @@ class Viewer:
 
     def set_appearance(self, appearance: Appearance) -> None:
         """Show other things."""
-
-        def appear() -> None:
-            self.appearance = appearance
-            self._stage.appear(appearance)
-            for figure in self._figures:
-                figure.appear(appearance)
-
-        self.post(appear)
+        self.post(lambda: self._display.appear(appearance))
 
     def save(self, what: str, client: ClientHandle) -> None:
         """Make a file in the background and send it to a browser."""
@@ -305,24 +291,17 @@ class Viewer:
         was_playing = playback.playing
         if now >= self._held_until and playback.advance(elapsed, recorded) and subject.is_live and playback.loop:
             subject.begin_anew()
-        tracks = subject.tracks
-        for figure, track in zip(self._figures, tracks, strict=False):
-            if track.recording.count:
-                figure.show(track.recording.at(playback.time))
+        self._display.show(subject.tracks, playback.time)
         self._server.flush()
         if now >= self._panel_due or not was_playing:
             self._show_panel(now)
 
     def _show_subject(self) -> None:
-        """Draw other tracks, with the figures there are if they fit."""
+        """Draw other tracks, and fit playhead and panel to them."""
         subject = self.subject
         tracks, begins = subject.tracks, self._generation < 0
         self._generation = subject.generation
-        keys = [Figure.key(track) for track in tracks]
-        if keys != self._keys:
-            self._set_up(keys, tracks)
-        for figure, track in zip(self._figures, tracks, strict=True):
-            figure.set_track(track)
+        self._display.set_tracks(tracks)
         if begins:
             self.playback.restart(subject.duration)
         else:
@@ -332,20 +311,6 @@ class Viewer:
         if begins and tracks:
             aim = tracks[0].aim
             self._maker.propose(tracks[0].objects[0].name, None if aim is None else aim.angle)
-
-    def _set_up(self, keys: list[tuple[str, ...]], tracks: Sequence[Track]) -> None:
-        """Take figures for tracks, those that have been drawn before if they fit, and hide the others."""
-        for figure in self._figures:
-            figure.hide()
-        self._figures, self._keys = [], keys
-        scene, places = self._server.viser.scene, self._stage.set_up(tracks)
-        for index, (key, track, place) in enumerate(zip(keys, tracks, places, strict=True)):
-            if (index, key) not in self._kept:
-                self._kept[index, key] = Figure(scene, f"/figure{len(self._kept)}", track)
-            figure = self._kept[index, key]
-            figure.place(place)
-            figure.appear(self.appearance)
-            self._figures.append(figure)
 
     def _show_panel(self, now: float) -> None:
         self._panel_due = now + PANEL

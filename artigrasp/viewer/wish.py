@@ -1,7 +1,7 @@
 """A motion that somebody wishes for in the panel, and how it is made."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from artigrasp.motion.motion import Motion
 from artigrasp.references.reference import ReferenceSet, join_references, load_references
 from artigrasp.tasks import get_task
 from artigrasp.tasks.sequences import SEQUENCES
+from artigrasp.viewer.jobs import Progress
 
 OPEN = "open it where it is"
 SEQUENCE_OF = {
@@ -57,7 +58,7 @@ class Wish:
 def fulfil(
     wish: Wish,
     policies: Mapping[str, Path],
-    progress: Callable[[int, int], None],
+    progress: Progress,
     simulator: SimulatorConfig = SimulatorConfig(),
 ) -> Motion:
     """Generate the motion.

@@ -73,7 +73,7 @@ def viewer() -> Iterator[Viewer]:
 def page(browser: Browser, viewer: Viewer) -> Page:
     """A page on which the motion is shown; whatever it reports as an error fails the test that comes next."""
     page = open_page(browser, viewer)
-    wait_until(page, lambda: viewer.figure_count == 1, "the motion is drawn")
+    wait_until(page, lambda: len(viewer._display._figures) == 1, "the motion is drawn")
     return page
 
 

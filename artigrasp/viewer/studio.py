@@ -42,7 +42,7 @@ SIDE_LIGHT, BACK_LIGHT = (np.radians(50.0), np.radians(30.0)), (np.radians(170.0
 """Directions of the weaker lights from the camera's: about the vertical, and above the horizon [rad]."""
 
 
-class Stage:
+class Studio:
     """Table, lights, background and camera."""
 
     def __init__(self, server: ViserServer) -> None:
