@@ -34,7 +34,7 @@ class SurfacePoint:
 
 @wp.struct
 class HandPoints:
-    """Points that move with the links of each hand: balls, of radius zero for points of the skin.
+    """Points that move with the links of each hand, with balls around them.
 
     Attributes:
         position: [H, P] centres in the frames of their links, m.

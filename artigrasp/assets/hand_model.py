@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from artigrasp.assets.hand_skin import HandSkin, mirror_skin
+from artigrasp.kernels.layout import LINK_COUNT, LINK_PARENTS
 
 Array = NDArray[np.float64]
 
@@ -93,6 +94,14 @@ class HandModel:
     link_inertia: Array
     colliders: tuple[tuple[Collider, ...], ...]
     skin: HandSkin | None = None
+
+    @property
+    def link_origin(self) -> Array:
+        """Origins of the links in the zero pose, in the frame of the wrist link [m], shape (16, 3)."""
+        origins = np.zeros((LINK_COUNT, 3))
+        for link in range(1, LINK_COUNT):
+            origins[link] = origins[LINK_PARENTS[link]] + self.link_offset[link]
+        return origins
 
 
 def mirror(hand: HandModel, path: Path) -> HandModel:

@@ -2,10 +2,10 @@
 
 ``/Hand`` is the articulation. Below it ``base`` is a body fixed to the world, the 16 links are bodies placed in the
 zero pose, ``<link>_joint`` is the generic joint to the parent, and each fingertip is a site on its link. ``skin`` is
-what is seen; collision shapes are guides where there is one. Every joint
-carries its damping and armature per axis as ``artigrasp:damping`` and ``artigrasp:armature``; where one number does for
-all of its axes the joint has it as ``newton:damping`` and ``newton:armature`` too, which the importer applies. The
-wrist joint mixes slides and turns, so there a scene must set both from the :class:`HandModel`.
+what is seen; collision shapes are guides where there is one. Every joint carries its damping and armature per axis as
+``artigrasp:damping`` and ``artigrasp:armature``; where one number does for all of its axes the joint has it as
+``newton:damping`` and ``newton:armature`` too, which the importer applies. The wrist joint mixes slides and turns, so
+there a scene must set both from the :class:`HandModel`.
 """
 
 from pathlib import Path
@@ -53,11 +53,8 @@ def write_hand(hand: HandModel) -> None:
     set_mass(base, 1.0, np.zeros(3), 1e-3 * np.eye(3))
     UsdPhysics.FixedJoint.Define(stage, "/Hand/base_joint").CreateBody1Rel().SetTargets([base.GetPath()])
 
-    origin = np.zeros((len(LINKS), 3))
-    for link, parent in enumerate(LINK_PARENTS):
-        if parent >= 0:
-            origin[link] = origin[parent] + hand.link_offset[link]
-        _write_link(stage, hand, link, origin[link])
+    for link, origin in enumerate(hand.link_origin):
+        _write_link(stage, hand, link, origin)
         _write_joint(stage, hand, link)
     for finger, link, offset in zip(TIP_FINGERS, TIP_LINKS, hand.tip_offset, strict=True):
         _write_tip(stage, f"/Hand/{LINKS[link]}/{finger}_tip", offset)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from artigrasp.assets.hand_model import Array, Box, Capsule, HandModel
-from artigrasp.kernels.layout import FINGERS, LINK_COUNT, LINK_PARENTS, TIP_FINGERS
+from artigrasp.kernels.layout import FINGERS, TIP_FINGERS
 
 LONG_FINGERS = ("index", "middle", "ring", "pinky")
 """In the order in which they stand side by side."""
@@ -90,7 +90,7 @@ class HandForm:
 
 def hand_form(hand: HandModel) -> HandForm:
     """The flesh of a right hand, as thick as its collision shapes."""
-    joints = _joints(hand)
+    joints = hand.link_origin
     tips, fingers = {}, {}
     for index, finger in enumerate(FINGERS):
         first = 1 + 3 * index
@@ -100,14 +100,6 @@ def hand_form(hand: HandModel) -> HandForm:
         fingers[finger] = _finger(np.stack([*joints[first : first + 3], tips[finger]]), radii, finger == "thumb")
     box = next(shape for shape in hand.colliders[0] if isinstance(shape, Box))
     return HandForm(joints, tips, fingers, _palm(joints, box, fingers))
-
-
-def _joints(hand: HandModel) -> Array:
-    """Origins of the links in the zero pose, in the frame of the wrist link [m], shape (16, 3)."""
-    origins = np.zeros((LINK_COUNT, 3))
-    for link in range(1, LINK_COUNT):
-        origins[link] = origins[LINK_PARENTS[link]] + hand.link_offset[link]
-    return origins
 
 
 def _finger(nodes: Array, radii: list[float], is_thumb: bool) -> Limb:

@@ -9,7 +9,7 @@ from artigrasp.assets.hand import HandModel
 from artigrasp.export.hand_surface import skin_of
 from artigrasp.export.subdivision import subdivide
 from artigrasp.export.surface import Surface, link_surface
-from artigrasp.kernels.layout import LINK_COUNT, LINK_PARENTS
+from artigrasp.kernels.layout import LINK_COUNT
 
 Array = NDArray[np.float64]
 INFLUENCES = 4
@@ -48,9 +48,7 @@ def skin_mesh(hand: HandModel, *, fine: bool = True) -> SkinnedMesh:
 
 def links_mesh(hand: HandModel) -> SkinnedMesh:
     """The rigid links of a hand that collide: every vertex follows its own link."""
-    origins = np.zeros((LINK_COUNT, 3))
-    for link in range(1, LINK_COUNT):
-        origins[link] = origins[LINK_PARENTS[link]] + hand.link_offset[link]
+    origins = hand.link_origin
     vertices, faces, weights, count = [], [], [], 0
     for link in range(LINK_COUNT):
         of_vertices, of_faces = creased(link_surface(hand, link))

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from artigrasp.assets.hand import Capsule, HandModel, load_hand
-from artigrasp.assets.hand_surface import SAG, core_points, skin_points
+from artigrasp.assets.hand_surface import SAG, core_points
 from artigrasp.kernels.layout import LINK_COUNT
 
 
@@ -39,20 +39,3 @@ def test_balls_are_the_hand(side: str) -> None:
         outside = exact > 0
         assert (found >= exact - 1e-9)[outside].all()
         assert (found - exact)[outside].max() < 1.05 * SAG
-
-
-@pytest.mark.parametrize("side", ["left", "right"])
-def test_skin_is_the_surface(side: str) -> None:
-    """Skin points lie on their link's surface and look outwards; every link has some on all sides."""
-    hand = load_hand("open", side)
-    skin = skin_points(hand)
-    np.testing.assert_allclose(np.linalg.norm(skin.normal, axis=1), 1)
-    assert (skin.radius == 0).all()
-    for link in range(LINK_COUNT):
-        of_link = skin.link == link
-        points, normals = skin.position[of_link], skin.normal[of_link]
-        assert len(points) > 50
-        np.testing.assert_allclose(distance_from_colliders(hand, link, points), 0, atol=2 * SAG)
-        ahead = distance_from_colliders(hand, link, points + 1e-3 * normals)
-        assert (ahead > 0.5e-3).mean() > 0.9
-        assert (normals @ np.vstack([np.eye(3), -np.eye(3)]).T).max(axis=0).min() > 0.8

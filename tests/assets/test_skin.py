@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from artigrasp.assets.hand import HandModel, load_hand, mirror, read_hand, write_hand
 from artigrasp.assets.hand_skin import HandSkin
-from artigrasp.assets.hand_surface import core_points, skin_points
+from artigrasp.assets.hand_surface import HandPoints, core_points
 from artigrasp.assets.skin_drawing import draw_skin
 from artigrasp.assets.skin_usd import INFLUENCES
 from artigrasp.errors import UserError
@@ -77,6 +77,15 @@ def test_skin_is_closed_and_bound(skin: HandSkin) -> None:
     assert (skin.colours >= 0).all() and (skin.colours <= 1).all()
 
 
+def points_around(balls: HandPoints) -> HandPoints:
+    """Points all over the surfaces of balls."""
+    directions = trimesh.creation.icosphere(subdivisions=1).vertices
+    count = len(directions)
+    position = np.repeat(balls.position, count, axis=0)
+    position += np.repeat(balls.radius, count)[:, None] * np.tile(directions, (len(balls.link), 1))
+    return HandPoints(np.repeat(balls.link, count), position, np.zeros(len(position)))
+
+
 def test_zero_pose_is_the_bind_pose(hand: HandModel, skin: HandSkin) -> None:
     """There nothing is bent, and moved as a whole the skin keeps its shape."""
     poses = link_poses(hand, {})
@@ -90,7 +99,8 @@ def test_zero_pose_is_the_bind_pose(hand: HandModel, skin: HandSkin) -> None:
 
 def test_skin_is_where_the_hand_collides(hand: HandModel, skin: HandSkin) -> None:
     """What can touch is near the skin: fingers beyond the webs to 3 mm, a palm that is no box to 20 mm."""
-    points, core = skin_points(hand), core_points(hand)
+    core = core_points(hand)
+    points = points_around(core)
     places, centres = (each.position + skin.link_origin[each.link] for each in (points, core))
     depth = core.radius - np.linalg.norm(places[:, None] - centres, axis=2)
     exposed = depth.max(axis=1) < 1e-4

@@ -193,7 +193,6 @@ def _with_forearm(points: HandPoints, side: str) -> HandPoints:
         link=np.insert(points.link, palm, np.zeros(len(FOREARM), np.int32)),
         position=np.insert(points.position, palm, behind[::-1], axis=0),
         radius=np.insert(points.radius, palm, np.full(len(FOREARM), FOREARM_RADIUS)),
-        normal=np.insert(points.normal, palm, np.zeros((len(FOREARM), 3)), axis=0),
     )
 
 
