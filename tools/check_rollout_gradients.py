@@ -23,7 +23,8 @@ from artigrasp.assets.object import load_object
 from artigrasp.config import PhysicsConfig
 from artigrasp.kernels.layout import DOFS, KEYPOINTS, WRIST_DOF_COUNT
 from artigrasp.references.hand_distance import pose_parts_in_base
-from artigrasp.references.quality import compose_poses, invert_poses, wrist_in_base
+from artigrasp.references.poses import compose_poses, invert_poses
+from artigrasp.references.quality import wrist_in_base
 from artigrasp.references.reference import ReferenceSet, load_references
 from artigrasp.simulation.differentiable import DifferentiableRollout
 from artigrasp.simulation.scene import Scene

@@ -12,6 +12,7 @@ from artigrasp.errors import UserError, unknown
 from artigrasp.kernels.layout import ARTICULATED, BASE, HANDS
 from artigrasp.references.arctic_labels import LabelledFrame
 from artigrasp.references.mano_pose import finger_angles, wrist_pose
+from artigrasp.references.poses import to_poses
 from artigrasp.references.reference import ReferenceSet
 
 Array = NDArray[np.float64]
@@ -57,7 +58,9 @@ def _make_reference(model: ObjectModel, frame: LabelledFrame, mean_pose: dict[st
         raise unknown("kind of label", label.task, TASKS)
     kind, sides = TASKS[label.task]
     base, angle = base_pose(frame.state), float(frame.state[0])
-    part_pose = {BASE: base, ARTICULATED: base * _transform(*model.articulated_pose_in_base(angle))}
+    position, orientation = model.articulated_pose_in_base(angle)
+    opened = RigidTransform.from_components(position, Rotation.from_quat(orientation))
+    part_pose = {BASE: base, ARTICULATED: base * opened}
     part = [ARTICULATED if kind == "articulate" and side in sides else BASE for side in HANDS]
     wrists = [
         part_pose[part[hand]].inv() * wrist_pose(frame.rotation[hand], frame.translation[hand], side)
@@ -74,10 +77,10 @@ def _make_reference(model: ObjectModel, frame: LabelledFrame, mean_pose: dict[st
         "split": label.split,
         "active": [side in sides for side in HANDS],
         "part": part,
-        "wrist_pose_in_part": [pose_array(wrist) for wrist in wrists],
+        "wrist_pose_in_part": [to_poses(wrist) for wrist in wrists],
         "finger_angles": angles,
         "contacts": [frame.contacts[hand, row] & (side in sides) for hand, side in enumerate(HANDS)],
-        "object_pose": pose_array(resting_pose(model, Rotation.from_rotvec(frame.initial_state[1:4]), initial_angle)),
+        "object_pose": to_poses(resting_pose(model, Rotation.from_rotvec(frame.initial_state[1:4]), initial_angle)),
         "object_angle": initial_angle,
         "source": f"{sequence} {subject} init {label.initial_frame} grasp {label.frame}",
         "subject": subject,
@@ -96,13 +99,3 @@ def resting_pose(model: ObjectModel, rotation: Rotation, angle: float) -> RigidT
 def base_pose(state: Array) -> RigidTransform:
     """Frames of the base from ARCTIC's angle, rotation vector [rad] and translation [mm], shape (..., 7)."""
     return RigidTransform.from_components(state[..., 4:7] / 1000, Rotation.from_rotvec(state[..., 1:4]))
-
-
-def pose_array(transform: RigidTransform) -> Array:
-    """Positions [m] and quaternions xyzw of transforms, shape (..., 7)."""
-    position, rotation = transform.as_components()
-    return np.concatenate([position, rotation.as_quat(canonical=True)], axis=-1)
-
-
-def _transform(position: Array, orientation: Array) -> RigidTransform:
-    return RigidTransform.from_components(position, Rotation.from_quat(orientation))

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.object import ObjectModel
 from artigrasp.kernels.layout import ARTICULATED, BASE, HANDS
-from artigrasp.references.arctic_references import base_pose, pose_array
+from artigrasp.references.arctic_references import base_pose
 from artigrasp.references.arctic_sequence import Array, Sequence
 from artigrasp.references.hand_distance import link_distances
 from artigrasp.references.mano_pose import finger_angles, wrist_pose
+from artigrasp.references.poses import to_poses
 
 THICKNESS = 0.03
 """No point of a link's surface is further than this from the points that distances are measured from [m]."""
@@ -35,7 +36,7 @@ def measure_contacts(
     """
     base = base_pose(sequence.object_state).inv()
     wrists = [
-        pose_array(base * wrist_pose(sequence.rotation[:, hand], sequence.translation[:, hand], side))
+        to_poses(base * wrist_pose(sequence.rotation[:, hand], sequence.translation[:, hand], side))
         for hand, side in enumerate(HANDS)
     ]
     angles = [finger_angles(sequence.pose[:, hand] + mean_pose[side]) for hand, side in enumerate(HANDS)]

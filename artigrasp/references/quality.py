@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import RigidTransform, Rotation
 
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.object import ObjectModel
 from artigrasp.kernels.layout import ARTICULATED, WRIST_DOF_COUNT
 from artigrasp.references.hand_distance import HandDistance, PartMeshes, pose_parts_in_base
+from artigrasp.references.poses import compose_poses
 from artigrasp.references.reference import ReferenceSet
 
 Array = NDArray[np.float64]
@@ -109,30 +109,3 @@ def wrist_in_base(references: ReferenceSet, parts: NDArray[np.floating]) -> Arra
     """Wrist frames in the base's frame, from the frames of the parts in it [R, 2, 7]; shape [R, 2, 7]."""
     part_of_hand = np.take_along_axis(parts, references.part[:, :, None], axis=1)
     return compose_poses(part_of_hand, references.wrist_pose_in_part)
-
-
-def compose_poses(outer: NDArray[np.floating], inner: NDArray[np.floating]) -> Array:
-    """Poses given in other poses, in the frame of the latter: position, quaternion xyzw, shape [..., 7]."""
-    return _poses(_transforms(outer) * _transforms(inner), outer.shape)
-
-
-def wrist_moves(joint_q: NDArray[np.floating]) -> Array:
-    """What the first six joint coordinates [..., 51] do to the wrist: position [m], quaternion xyzw, shape [..., 7]."""
-    shape = joint_q.shape[:-1]
-    turn = Rotation.from_euler("XYZ", joint_q[..., 3:WRIST_DOF_COUNT].reshape(-1, 3))
-    return np.concatenate([joint_q[..., :3], turn.as_quat().reshape(*shape, 4)], axis=-1)
-
-
-def invert_poses(poses: NDArray[np.floating]) -> Array:
-    """The inverses of poses: position, quaternion xyzw, shape [..., 7]."""
-    return _poses(_transforms(poses).inv(), poses.shape)
-
-
-def _transforms(poses: NDArray[np.floating]) -> RigidTransform:
-    flat = poses.reshape(-1, 7).astype(np.float64)
-    return RigidTransform.from_components(flat[:, :3], Rotation.from_quat(flat[:, 3:]))
-
-
-def _poses(transforms: RigidTransform, shape: tuple[int, ...]) -> Array:
-    position, rotation = transforms.as_components()
-    return np.concatenate([position, rotation.as_quat(canonical=True)], axis=1).reshape(shape)

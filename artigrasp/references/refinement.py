@@ -21,14 +21,8 @@ from artigrasp.references.descent import descend
 from artigrasp.references.energy import FingerTerms, depth_error, differentiate, gap_error
 from artigrasp.references.hand_distance import HandDistance, pose_parts_in_base
 from artigrasp.references.natural_pose import NaturalPose
-from artigrasp.references.quality import (
-    articulates,
-    compose_poses,
-    invert_poses,
-    pose_references,
-    wrist_in_base,
-    wrist_moves,
-)
+from artigrasp.references.poses import compose_poses, invert_poses, wrist_moves
+from artigrasp.references.quality import articulates, pose_references, wrist_in_base
 from artigrasp.references.reference import ReferenceSet, describe_provenance, join_references
 
 DISTURBANCE = 10.0

@@ -2,12 +2,12 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import RigidTransform, Rotation
 
 from artigrasp.assets.hand import load_hand
 from artigrasp.assets.object import ObjectModel
 from artigrasp.kernels.layout import BASE, HANDS, WRIST_DOF_COUNT
 from artigrasp.references.hand_distance import HandDistance, PartMeshes
+from artigrasp.references.poses import compose_poses
 from artigrasp.references.reference import ReferenceSet
 
 TOUCH_DISTANCE = 0.01
@@ -28,11 +28,8 @@ def steadying_hands(references: ReferenceSet, model: ObjectModel) -> NDArray[np.
     """
     hands = [load_hand(references.hand, side) for side in HANDS]
     distance = HandDistance(hands, PartMeshes([model], "cpu"), np.zeros(len(references), int))
-    base = _transform(references.object_pose)
-    for hand in range(len(HANDS)):
-        wrist = base * _transform(references.wrist_pose_in_part[:, hand])
-        position, rotation = wrist.as_components()
-        distance.hands.hand_base.numpy()[:, hand] = np.concatenate([position, rotation.as_quat()], axis=1)
+    base = np.repeat(references.object_pose[:, None], len(HANDS), axis=1)
+    distance.hands.hand_base.assign(compose_poses(base, references.wrist_pose_in_part))
     # With the base frame at the wrist itself, the six wrist coordinates are zero.
     distance.hands.joint_q.numpy()[..., WRIST_DOF_COUNT:] = references.finger_angles
     # the articulated part is of no interest
@@ -41,7 +38,3 @@ def steadying_hands(references: ReferenceSet, model: ObjectModel) -> NDArray[np.
     touching = (distance.link_distance.numpy()[..., BASE] < TOUCH_DISTANCE).sum(axis=2) >= TOUCHING_LINKS
     above = distance.hands.link_pose.numpy()[..., 2].min(axis=2) > LEAST_HEIGHT
     return np.asarray(touching & above & ~references.active & (references.part == BASE))
-
-
-def _transform(poses: NDArray[np.floating]) -> RigidTransform:
-    return RigidTransform.from_components(poses[:, :3], Rotation.from_quat(poses[:, 3:]))

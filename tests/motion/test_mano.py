@@ -16,7 +16,7 @@ from artigrasp.motion.file import save_motion
 from artigrasp.motion.kinematics import link_poses, pose_object
 from artigrasp.motion.mano import export_mano, mano_parameters
 from artigrasp.references.arctic_labels import read_labelled_frames
-from artigrasp.references.arctic_references import base_pose, make_references, pose_array
+from artigrasp.references.arctic_references import base_pose, make_references
 from artigrasp.references.mano_pose import (
     WRIST_FROM_MANO,
     finger_angles,
@@ -24,6 +24,7 @@ from artigrasp.references.mano_pose import (
     rotation_vectors,
     wrist_pose,
 )
+from artigrasp.references.poses import to_poses
 from tests.motion.example import example_motion
 
 
@@ -88,7 +89,7 @@ def test_references_of_arctic_give_its_parameters_back(arctic_release: Path, arc
     references = make_references(model, frames, mean_pose)
     for row in range(0, len(frames), 7):
         frame = frames[row]
-        parts = pose_object(pose_array(base_pose(frame.state))[None], frame.state[:1], model)[0]
+        parts = pose_object(to_poses(base_pose(frame.state))[None], frame.state[:1], model)[0]
         for hand, side in enumerate(HANDS):
             part, wrist = parts[references.part[row, hand]], references.wrist_pose_in_part[row, hand]
             turn = Rotation.from_quat(part[3:])

@@ -10,7 +10,8 @@ from artigrasp.config.checks import FieldError
 from artigrasp.errors import UserError
 from artigrasp.kernels.layout import DOFS, KEYPOINTS, WRIST_DOF_COUNT
 from artigrasp.references.hand_distance import pose_parts_in_base
-from artigrasp.references.quality import compose_poses, wrist_in_base
+from artigrasp.references.poses import compose_poses
+from artigrasp.references.quality import wrist_in_base
 from artigrasp.references.reference import load_references
 from artigrasp.simulation.differentiable import DifferentiableRollout, SpringContacts
 from tests.simulation.scenes import open_scene

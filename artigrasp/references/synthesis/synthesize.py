@@ -13,7 +13,7 @@ from artigrasp.kernels.layout import BASE, FINGER_DOF_COUNT, HANDS, LINK_COUNT, 
 from artigrasp.references.descent import descend
 from artigrasp.references.hand_distance import PartMeshes, pose_parts_in_base
 from artigrasp.references.natural_pose import NaturalPose, mirror_fingers
-from artigrasp.references.quality import compose_poses, invert_poses, wrist_moves
+from artigrasp.references.poses import compose_poses, invert_poses, wrist_moves
 from artigrasp.references.reference import ReferenceSet
 from artigrasp.references.synthesis.energy import SynthesisEnergy
 from artigrasp.references.synthesis.fingertips import start_poses
