@@ -30,9 +30,9 @@ from artigrasp.controllers.policy_file import load_policy, save_policy
 from artigrasp.controllers.search import with_offsets
 from artigrasp.errors import UserError
 from artigrasp.evaluation.articulation import ArticulationOutcomes
+from artigrasp.evaluation.chunks import CHUNK_FORMAT, CHUNK_VERSION, load_chunk
 from artigrasp.evaluation.comparison import compare, comparison_table, load_run
 from artigrasp.evaluation.demonstrations import load_demonstrations
-from artigrasp.evaluation.evaluate import CHUNK_FORMAT, CHUNK_VERSION, load_chunk
 from artigrasp.evaluation.report import write_report
 from artigrasp.evaluation.synthesis_file import MADE_BY, SynthesisFile
 from artigrasp.kernels.layout import LINKS

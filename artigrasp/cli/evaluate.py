@@ -113,7 +113,8 @@ def run(options: Options) -> int:
 
     start_warp()
     from artigrasp.controllers.policy_file import load_policy
-    from artigrasp.evaluation.evaluate import Shard, evaluate
+    from artigrasp.evaluation.chunks import Shard
+    from artigrasp.evaluation.evaluate import evaluate
     from artigrasp.evaluation.report import metrics_dict, metrics_table, write_report
 
     protocol = _asked_protocol(options)

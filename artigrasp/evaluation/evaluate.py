@@ -1,10 +1,9 @@
-"""Measuring: an experiment's trials in chunks, resumable, and shared between processes."""
+"""Measuring a controller on an experiment's trials."""
 
 import dataclasses
 import hashlib
 import importlib.metadata
 import json
-import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,9 +11,7 @@ from pathlib import Path
 from typing import Any, Generic
 
 import numpy as np
-from numpy.typing import NDArray
 
-from artigrasp.arrays import load_arrays, save_arrays
 from artigrasp.config import SimulatorConfig, TaskConfig, to_dict
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.rollout import Planner
@@ -22,15 +19,10 @@ from artigrasp.controllers.search import FoundOffsets, SearchController
 from artigrasp.controllers.skills import with_skills
 from artigrasp.environment.tables import PHASE_LIMITS
 from artigrasp.errors import UserError
+from artigrasp.evaluation.chunks import FOUND, WHOLE, Columns, Shard, measure_chunks
 from artigrasp.evaluation.experiment import Experiment, O, Trials
-from artigrasp.evaluation.outcomes import Outcomes
 from artigrasp.kernels.layout import HANDS
 from artigrasp.references.reference import ReferenceSet
-
-CHUNK_FORMAT, CHUNK_VERSION = "artigrasp.evaluation-chunk", 1
-_FOUND = "found_"
-"""What the names of a search's arrays begin with in a chunk."""
-_POLL_SECONDS = 0.5
 
 
 @dataclass(frozen=True)
@@ -67,19 +59,6 @@ def describe_controller(name: str, rollout_count: int, retry_count: int) -> str:
     return ", ".join([name, *(f"{count} {what}" for what, count in counts.items() if count)])
 
 
-@dataclass(frozen=True)
-class Shard:
-    """One of several processes that share the chunks of an evaluation."""
-
-    rank: int = 0
-    count: int = 1
-
-    @classmethod
-    def from_environment(cls) -> "Shard":
-        """What `torchrun` says in ``RANK`` and ``WORLD_SIZE``; without it, the only one."""
-        return cls(int(os.environ.get("RANK", 0)), int(os.environ.get("WORLD_SIZE", 1)))
-
-
 def evaluate(
     controller: Controller,
     references: Sequence[ReferenceSet],
@@ -91,7 +70,7 @@ def evaluate(
     per_object: int | None = None,
     world_count: int = 512,
     chunk_folder: Path | None = None,
-    shard: Shard = Shard(),
+    shard: Shard = WHOLE,
     simulator: SimulatorConfig = SimulatorConfig(),
     on_trial: Callable[[float, int], None] = lambda done, total: None,
 ) -> Evaluation[O] | None:
@@ -134,14 +113,11 @@ def evaluate(
     if experiment.retry_count:
         settings["retries"] = experiment.retry_count
     parallel = controller.parallel_count if isinstance(controller, Planner) else 1
-    size = max(1, world_count // parallel)
-    chunks = [slice(start, min(start + size, len(trials))) for start in range(0, len(trials), size)]
-    paths: list[Path | None] = [None] * len(chunks)
+    stem = None
     if chunk_folder is not None:
-        key = _fingerprint(settings, controller, chosen, experiment, trials, seed, policies)
-        paths = [chunk_folder / f"{key}-{rows.start:06d}-{rows.stop:06d}.npz" for rows in chunks]
+        stem = chunk_folder / _fingerprint(settings, controller, chosen, experiment, trials, seed, policies)
 
-    def run(rows: slice) -> dict[str, NDArray[Any]]:
+    def measure(rows: slice) -> Columns:
         part = trials[rows]
         names = set(part.object.tolist())
         began = time.perf_counter()
@@ -155,26 +131,21 @@ def evaluate(
         )
         arrays = {**outcomes.columns(), "wall_time": np.array([time.perf_counter() - began])}
         if isinstance(controller, SearchController) and controller.found is not None:
-            arrays |= {_FOUND + name: values for name, values in vars(controller.found).items()}
+            arrays |= {FOUND + name: values for name, values in vars(controller.found).items()}
         return arrays
 
-    measured: dict[int, dict[str, NDArray[Any]]] = {}
-    for index, (rows, path) in enumerate(zip(chunks, paths, strict=True)):
-        if index % shard.count == shard.rank and (path is None or not path.is_file()):
-            measured[index] = run(rows)
-            if path is not None:
-                save_arrays(path, CHUNK_FORMAT, CHUNK_VERSION, measured[index])
-        on_trial(rows.stop, len(trials))
-    if shard.rank > 0:
+    columns = measure_chunks(
+        measure,
+        len(trials),
+        max(1, world_count // parallel),
+        experiment.outcomes,
+        stem=stem,
+        shard=shard,
+        on_trial=on_trial,
+    )
+    if columns is None:
         return None
-    for index, path in enumerate(paths):
-        if path is not None and index not in measured:
-            while not path.is_file():
-                time.sleep(_POLL_SECONDS)
-            measured[index] = load_chunk(path, experiment.outcomes, chunks[index].stop - chunks[index].start)
-    results = [measured[index] for index in range(len(chunks))]
-    joined = {name: np.concatenate([each[name] for each in results]) for name in results[0]}
-    found = {name.removeprefix(_FOUND): joined.pop(name) for name in list(joined) if name.startswith(_FOUND)}
+    found = {name.removeprefix(FOUND): columns.pop(name) for name in list(columns) if name.startswith(FOUND)}
     return Evaluation(
         experiment=experiment,
         task=controller.task,
@@ -186,8 +157,8 @@ def evaluate(
         seed=seed,
         settings=settings,
         trials=trials,
-        wall_time=float(joined.pop("wall_time").sum()),
-        outcomes=experiment.outcomes(**joined),
+        wall_time=float(columns.pop("wall_time").sum()),
+        outcomes=experiment.outcomes(**columns),
         found=FoundOffsets(**found) if found else None,
     )
 
@@ -202,33 +173,6 @@ def choose_references(
     """
     hands = HANDS if experiment.sequence else task.hands
     return [each.select(split=split, kind=experiment.kinds, hands=hands) for each in references]
-
-
-def load_chunk(path: Path, outcomes: type[Outcomes], trial_count: int) -> dict[str, NDArray[Any]]:
-    """Read what was measured in a part of an evaluation's trials.
-
-    Args:
-        path: The file.
-        outcomes: What is measured of each trial.
-        trial_count: Number of its trials.
-
-    Returns:
-        The columns of the outcomes, the time that they took and, by names that say so, what a search found.
-
-    Raises:
-        UserError: The file is damaged or of a newer version.
-    """
-    arrays = load_arrays(path, CHUNK_FORMAT, CHUNK_VERSION)
-    columns = {field.name: field.type for field in dataclasses.fields(outcomes)}
-    for name in sorted({*columns, "wall_time", *arrays}):
-        if name not in arrays or not (name in columns or name == "wall_time" or name.startswith(_FOUND)):
-            found = "none" if name not in arrays else "one"
-            raise UserError(f"{path}: {name}: expected {'an' if found == 'none' else 'no such'} array, found {found}")
-        rows, kinds = (1 if name == "wall_time" else trial_count), "U" if "str_" in str(columns.get(name)) else "biuf"
-        if arrays[name].shape[:1] != (rows,) or arrays[name].dtype.kind not in kinds:
-            expected = f"{rows} {'texts' if kinds == 'U' else 'numbers'}"
-            raise UserError(f"{path}: {name}: expected {expected}, found {arrays[name].dtype} {arrays[name].shape}")
-    return arrays
 
 
 def protocol_settings(

@@ -14,7 +14,8 @@ from artigrasp.controllers.controller import Controller, ZeroController, pd_ik_c
 from artigrasp.controllers.cross_entropy import CrossEntropySettings
 from artigrasp.controllers.search import SearchController
 from artigrasp.evaluation.articulation import ARTICULATION
-from artigrasp.evaluation.evaluate import Evaluation, Shard, evaluate
+from artigrasp.evaluation.chunks import Shard
+from artigrasp.evaluation.evaluate import Evaluation, evaluate
 from artigrasp.tasks import get_task
 from tests.example_references import box_references
 
