@@ -1,7 +1,6 @@
 """The batched environment: hands manipulate hinged objects, all worlds in step."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,31 +12,22 @@ from artigrasp.assets.object import ObjectModel, load_object
 from artigrasp.config import PhaseConfig, SimulatorConfig, TaskConfig
 from artigrasp.environment import tables
 from artigrasp.environment.acting import Acting
+from artigrasp.environment.beginning import Beginning
 from artigrasp.environment.bystanders import Bystanders
-from artigrasp.environment.instant import Beginning, Instant
+from artigrasp.environment.control_steps import ControlSteps
+from artigrasp.environment.instant import Instant
 from artigrasp.environment.measuring import Measuring
 from artigrasp.environment.phase_machine import PhaseMachine, single_phase
 from artigrasp.environment.rewarding import Rewarding
 from artigrasp.environment.world_range import WorldRange
 from artigrasp.environment.worlds import WorldPlan
 from artigrasp.errors import UserError
-from artigrasp.kernels import episodes, features, kinematics, metrics, resets, states
+from artigrasp.kernels import episodes, kinematics, metrics, resets, states
 from artigrasp.kernels.layout import FEATURE_COUNT, HANDS
 from artigrasp.references.reference import ReferenceSet
 from artigrasp.references.steadying import steadying_hands
 from artigrasp.simulation.backend import make_simulation
-from artigrasp.simulation.launches import record
 from artigrasp.simulation.scene import Scene
-
-
-@dataclass(frozen=True)
-class ControlStep:
-    """What some worlds need besides the physics: at a control step's beginning, in every substep, at its end, after."""
-
-    begin: tuple[wp.Launch, ...]
-    apply_torques: wp.Launch
-    finish: tuple[wp.Launch, ...]
-    observe: wp.Launch
 
 
 class Environment:
@@ -127,7 +117,16 @@ class Environment:
         self._goal_angle = wp.array(worlds.goal_angle, dtype=float, device=self.device)
         self._target_offset = wp.array(worlds.target_offsets(), dtype=wp.transform, device=self.device)
         self._beginning: Beginning | None = None
-        self._control_steps = {rows.start: self._record_control_step(index, rows) for index, rows in enumerate(ranges)}
+        self._kernels = ControlSteps(
+            [self._world_range(index, rows) for index, rows in enumerate(ranges)],
+            self._acting,
+            self._rewarding,
+            self._measuring,
+            self._hand_model,
+            joint_torque=self.simulation.joint_torque,
+            observed=self.features,
+            with_hinge=task.include_hinge_features,
+        )
 
     @property
     def action_count(self) -> int:
@@ -223,7 +222,15 @@ class Environment:
                 ask anything of them.
             target_object_pose: Where the object should go, position [m] and xyzw in the world, shape [7] or [W, 7].
         """
-        self._beginning = Beginning(instant, keeps, target_object_pose, self)
+        self._beginning = Beginning(
+            instant,
+            keeps,
+            target_object_pose,
+            physics=self.state,
+            goal=self.goal,
+            phase=self.phase,
+            acting=self._acting,
+        )
         self._beginning.place_objects(self._bystanders)
 
     def reset(self, world_mask: wp.array | None = None) -> None:
@@ -286,14 +293,18 @@ class Environment:
             action: [W, H, action_count]; a term takes its columns only when a decision of it is due.
         """
         self._acting.decide(action)
-        self.simulation.step(self.apply_torques, self._begin_step, self._finish_step)
+        self.simulation.step(self.apply_torques, self._kernels.begin, self._kernels.finish)
         if len(self.phases) > 1:
             self._machine.advance()
             self.simulation.write_state(self._machine.begins)
 
     def advance(self) -> None:
         """Advance every world by one control step toward ``target`` as it stands, which the caller has written."""
-        self.simulation.step(self.apply_torques, finish=self._finish_step)
+        self.simulation.step(self.apply_torques, finish=self._kernels.finish)
+
+    def apply_torques(self, rows: slice) -> None:
+        """PD torques of some worlds, one of the simulation's ``torque_rows``, from its present state and ``target``."""
+        self._kernels.apply_torques(rows)
 
     @property
     def is_over(self) -> bool:
@@ -302,7 +313,7 @@ class Environment:
 
     def observe(self) -> wp.array:
         """Compute and return ``features`` of the present state."""
-        self.simulation.launch(self._observe_worlds)
+        self.simulation.launch(self._kernels.observe)
         return self.features
 
     def episode_summary(self) -> dict[str, NDArray[np.float64]]:
@@ -335,9 +346,9 @@ class Environment:
             steadying += [np.zeros((len(each), len(HANDS)), bool) for each in self.bystanders]
         return tables.reference_table(standing, self.task.hands, self.device, steadying)
 
-    def _record_control_step(self, index: int, rows: slice) -> ControlStep:
-        """What one of the simulation's ranges of worlds needs besides the physics."""
-        worlds = WorldRange(
+    def _world_range(self, index: int, rows: slice) -> WorldRange:
+        """One of the simulation's ranges of worlds."""
+        return WorldRange(
             index=index,
             rows=rows,
             state=self.state.worlds(rows),
@@ -346,37 +357,6 @@ class Environment:
             phase=states.slice_worlds(states.PhaseState, self.phase, rows),
             step_count=self.step_count[rows],
         )
-        hands, objects = worlds.state.hands, worlds.state.objects
-        seen = [
-            hands, objects, worlds.object_model, worlds.goal, int(self.task.include_hinge_features),
-            self.features[rows],
-        ]  # fmt: skip
-        return ControlStep(
-            begin=tuple(self._acting.set_targets(worlds)),
-            apply_torques=self._acting.set_torques(worlds, self.simulation.joint_torque),
-            finish=(
-                record(episodes.advance_steps, worlds.every_world, [worlds.step_count, worlds.phase], self.device),
-                record(kinematics.forward_kinematics, worlds.every_hand, [hands, self._hand_model], self.device),
-                *self._rewarding.reward(worlds),
-                self._measuring.measure(worlds),
-            ),
-            observe=record(features.compute_features, worlds.every_hand, seen, self.device),
-        )
-
-    def _begin_step(self, rows: slice) -> None:
-        for kernel in self._control_steps[rows.start].begin:
-            kernel.launch()
-
-    def apply_torques(self, rows: slice) -> None:
-        """PD torques of some worlds, one of the simulation's ``torque_rows``, from its present state and ``target``."""
-        self._control_steps[rows.start].apply_torques.launch()
-
-    def _finish_step(self, rows: slice) -> None:
-        for kernel in self._control_steps[rows.start].finish:
-            kernel.launch()
-
-    def _observe_worlds(self, rows: slice) -> None:
-        self._control_steps[rows.start].observe.launch()
 
     def _zeros(self, dtype: type, *shape: int) -> wp.array:
         return wp.zeros((self.world_count, *shape), dtype=dtype, device=self.device)

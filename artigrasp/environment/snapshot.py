@@ -1,4 +1,4 @@
-"""The state of an environment in the middle of its episodes, to go on from it exactly."""
+"""The state of an environment in the middle of its episodes: all of it, to go on exactly, or one world's instant."""
 
 from typing import Any
 
@@ -7,6 +7,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from artigrasp.environment.environment import Environment
+from artigrasp.environment.instant import OBJECT_FIELDS, Instant
 from artigrasp.kernels import metrics, states
 from artigrasp.simulation.cpu import CpuSimulation
 
@@ -34,6 +35,15 @@ def restore_snapshot(environment: Environment, snapshot: dict[str, NDArray[Any]]
         _assign(arrays, snapshot)
         environment.simulation.write_state(wp.full(environment.world_count, 1, dtype=int, device=environment.device))
     _assign(arrays, snapshot)
+
+
+def read_instant(environment: Environment, world: int) -> Instant:
+    """Where one world of an environment is now."""
+    state = environment.state
+    holders: dict[str, Any] = dict.fromkeys(("joint_q", "joint_qd", "hand_base"), state.hands)
+    holders |= dict.fromkeys(("target", "stiffness", "damping"), environment)
+    holders |= dict.fromkeys(OBJECT_FIELDS, state.slots)
+    return Instant(**{name: np.array(getattr(holder, name).numpy()[world]) for name, holder in holders.items()})
 
 
 def _world_arrays(environment: Environment) -> dict[str, Any]:

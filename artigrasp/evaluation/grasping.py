@@ -69,6 +69,13 @@ def strict_success(outcomes: GraspOutcomes) -> NDArray[np.bool_]:
     return np.asarray(paper_success(outcomes) & outcomes.at_pose)
 
 
+def draw_offsets(random: np.random.Generator, count: int) -> NDArray[np.float64]:
+    """Random targets in the air, from the start along the world's axes: shift [m], quaternion xyzw, [target, 7]."""
+    shift = random.uniform(TARGET_LOWER, TARGET_UPPER, (count, 3))
+    turn = Rotation.from_rotvec(random.uniform(-TARGET_TURN, TARGET_TURN, (count, 3)))
+    return np.concatenate([shift, turn.as_quat()], axis=1)
+
+
 def draw_targets(references: Sequence[ReferenceSet], seed: int, count: int = TARGET_COUNT) -> Trials:
     """So many of the ``TARGET_COUNT`` targets of every reference, or all.
 
@@ -78,9 +85,7 @@ def draw_targets(references: Sequence[ReferenceSet], seed: int, count: int = TAR
     for each in references:
         for source in each.source.tolist():
             random = np.random.default_rng([seed, zlib.crc32(f"{each.object} {source}".encode())])
-            shift = random.uniform(TARGET_LOWER, TARGET_UPPER, (TARGET_COUNT, 3))
-            turn = Rotation.from_rotvec(random.uniform(-TARGET_TURN, TARGET_TURN, (TARGET_COUNT, 3)))
-            offsets.append(np.concatenate([shift, turn.as_quat()], axis=1)[:count])
+            offsets.append(draw_offsets(random, TARGET_COUNT)[:count])
     names = np.repeat([each.object for each in references], [count * len(each) for each in references])
     rows = np.concatenate([np.repeat(np.arange(len(each)), count) for each in references])
     return Trials(names, rows, {"target_offset": np.concatenate(offsets)})

@@ -45,7 +45,6 @@ class ModelLayout:
     qpos_count: int
     dof_count: int
     mocap_count: int
-    sensor_count: int
 
 
 def compile_mujoco(scene: Scene) -> mujoco.MjModel:
@@ -121,7 +120,6 @@ def model_layout(model: mujoco.MjModel, scene: Scene) -> ModelLayout:
         qpos_count=model.nq,
         dof_count=model.nv,
         mocap_count=model.nmocap,
-        sensor_count=model.nsensordata,
     )
 
 

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from artigrasp.environment.environment import Environment
-from artigrasp.environment.instant import Instant, read_instant
+from artigrasp.environment.instant import Instant
+from artigrasp.environment.snapshot import read_instant
 from artigrasp.kernels.phases import FIRST_FAILURE, OUTCOMES
 from artigrasp.stories.plan import Situation
 

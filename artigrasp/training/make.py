@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from artigrasp.config import SimulatorConfig, TaskConfig
 from artigrasp.controllers.controller import ZeroController
@@ -12,7 +11,7 @@ from artigrasp.controllers.skills import with_skills
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.make import make_environment, training_references
 from artigrasp.environment.worlds import training_worlds
-from artigrasp.evaluation.grasping import TARGET_LOWER, TARGET_TURN, TARGET_UPPER
+from artigrasp.evaluation.grasping import draw_offsets
 from artigrasp.tasks.sequences import GRASPING
 
 
@@ -41,10 +40,7 @@ def make_training_environment(
     if task.sequence is None:
         return make_environment(task, objects, split=split, seed=seed, simulator=simulator)
     references = training_references(task, objects, split)
-    random = np.random.default_rng(seed)
-    shift = random.uniform(TARGET_LOWER, TARGET_UPPER, (task.world_count, 3))
-    turn = Rotation.from_rotvec(random.uniform(-TARGET_TURN, TARGET_TURN, (task.world_count, 3)))
-    offsets = np.concatenate([shift, turn.as_quat()], axis=1).astype(np.float32)
+    offsets = draw_offsets(np.random.default_rng(seed), task.world_count).astype(np.float32)
     worlds = replace(training_worlds(references, task.world_count), target_offset=offsets)
     sequence = with_skills(GRASPING, ZeroController(task))
     return Environment(task, references, worlds, sequence=sequence, seed=seed, simulator=simulator)

@@ -8,7 +8,7 @@ import warp as wp
 from scipy.spatial.transform import Rotation
 
 from artigrasp.environment.environment import Environment
-from artigrasp.environment.instant import read_instant
+from artigrasp.environment.snapshot import read_instant
 from artigrasp.environment.worlds import planned_worlds
 from artigrasp.simulation.cpu import CpuSimulation
 from artigrasp.tasks import get_task
