@@ -24,13 +24,14 @@ from .wrist_priors import (
     move_around,
     move_away,
     move_out,
+    move_over,
     planned_object_pose,
     smooth_step,
 )
 
 wp.set_module_options({"enable_backward": False})
 
-WRIST_PRIORS = ("reference", "hinge", "schedule", "transport", "retreat", "transit")
+WRIST_PRIORS = ("reference", "hinge", "schedule", "transport", "retreat", "transit", "home")
 """Wrist priors.
 
 - reference: the reference position on the part as it is, with the current rotation;
@@ -39,7 +40,8 @@ WRIST_PRIORS = ("reference", "hinge", "schedule", "transport", "retreat", "trans
 - schedule: the same on the part as it should be by now, wherever the hinge is, the angle being raised with time;
 - transport: the pose in which the hand began the phase, carried along with the object on its way to its goal;
 - retreat: out of the grip, halfway between straight away from the object and where the hand's back and wrist look;
-- transit: around the object to where the reference is approached from, or where a hand that takes no part waits.
+- transit: around the object to where the reference is approached from, or where a hand that takes no part waits;
+- home: up and over to where the hand waited when all began.
 """
 FINGER_PRIORS = ("current", "reference", "closed", "opening")
 """Finger priors: the current angles; angles that close from open to the reference; the reference; angles that open
@@ -50,7 +52,7 @@ if TYPE_CHECKING:
 else:
     SynergyScale = wp.types.vector(length=SYNERGY_COUNT, dtype=float)
 
-_REFERENCE, _HINGE, _SCHEDULE, _TRANSPORT, _RETREAT, _TRANSIT = map(wp.constant, range(len(WRIST_PRIORS)))
+_REFERENCE, _HINGE, _SCHEDULE, _TRANSPORT, _RETREAT, _TRANSIT, _HOME = map(wp.constant, range(len(WRIST_PRIORS)))
 _CURRENT, _CLOSING, _CLOSED, _OPENING = (wp.constant(row) for row in range(len(FINGER_PRIORS)))
 _WRIST_DOF_COUNT = wp.constant(WRIST_DOF_COUNT)
 _FIRST_FINGER_SYNERGY = wp.constant(len(WRIST_SYNERGIES))
@@ -80,7 +82,7 @@ class ActionSettings:
         wrist_prior: index into `WRIST_PRIORS`.
         finger_prior: index into `FINGER_PRIORS`.
         approach_steps: control steps over which the wrist moves from where it began the phase: to the reference with
-            the priors hinge and schedule, back with retreat, around with transit.
+            the priors hinge and schedule, back with retreat, around with transit, over with home.
         approach_arc: how far the way of the priors hinge and schedule bows to the back and wrist of the hand, which so
             comes in with palm and fingertips, m.
         close_start, close_end: control steps between which the fingers close or open.
@@ -193,6 +195,7 @@ def wrist_prior(
     phase: PhaseState,
     settings: ActionSettings,
     hand_back: wp.array[wp.vec3],
+    home: wp.array2d[wp.transform],
     now: float,
     world: int,
     hand: int,
@@ -217,6 +220,8 @@ def wrist_prior(
             start_origin = wp.transform_get_translation(phase.start_object_pose[world])
             distance = settings.retreat_distance * smooth_step(now, settings.approach_steps)
             target = move_out(start, start_origin, hand_back[hand], distance, settings.wrist_clearance)
+        elif settings.wrist_prior == _HOME:
+            target = move_over(start, home[world, hand], smooth_step(now, settings.approach_steps))
         elif settings.wrist_prior == _HINGE or settings.wrist_prior == _SCHEDULE:
             reached = smooth_step(now, settings.approach_steps)
             target = blend_poses(start, reference, reached)
@@ -237,6 +242,7 @@ def pd_targets(
     phase_settings: wp.array[ActionSettings],
     synergy_basis: wp.array3d[float],
     hand_back: wp.array[wp.vec3],
+    home: wp.array2d[wp.transform],
     synergy: wp.array3d[float],
     residual: wp.array3d[float],
     target: wp.array3d[float],
@@ -252,6 +258,7 @@ def pd_targets(
         phase_settings: [P] priors and scales of every phase.
         synergy_basis: [H, 5, 45] of `synergies.finger_synergy_basis`.
         hand_back: [H] of `hand_backs`.
+        home: [W, H] wrist frames in the world to which the prior home leads.
         synergy: [W, H, 14] offsets in units of their scales, order `SYNERGIES`.
         residual: [W, H, 51] offsets in units of their scales.
         target: [W, H, 51] output, m and rad.
@@ -266,7 +273,7 @@ def pd_targets(
 
     reference = wrist_reference(hand_state, object_state, object_model, goal, settings, now, synergy, world, hand)
     closed = closed_fraction(settings, now, engaged)
-    wrist = wrist_prior(reference, hand_state, object_state, goal, phase, settings, hand_back, now, world, hand)
+    wrist = wrist_prior(reference, hand_state, object_state, goal, phase, settings, hand_back, home, now, world, hand)
     press = settings.press + settings.synergy_scale[_PRESS] * synergy[world, hand, _PRESS]
     wrist = shift_pose(wrist, closed * press * press_direction(hand_state, goal, wrist, world, hand))
     squeeze = settings.squeeze + settings.synergy_scale[_SQUEEZE] * synergy[world, hand, _SQUEEZE]

@@ -34,6 +34,7 @@ class PhaseTable:
         lift: [P] height over the target where the object is carried to, m.
         raises: [P] int, 1 where the height is over where the phase began instead.
         places: [P] int, 1 where the phase fails if the object is not at its target in the end.
+        drops: [P] int, 1 where the object may turn over, for it falls.
         steadies: [P] int, 1 where hands that take no part hold the base where their reference has them on it.
         opens: [P] int, 1 where the hinge should go to its target, 0 where it should stay as it was at the start.
         decides: [P] int, 1 where decisions count anew.
@@ -50,6 +51,7 @@ class PhaseTable:
     lift: wp.array[float]
     raises: wp.array[int]
     places: wp.array[int]
+    drops: wp.array[int]
     steadies: wp.array[int]
     opens: wp.array[int]
     decides: wp.array[int]
@@ -178,9 +180,10 @@ def advance_phases(
     phase.settled_steps[world] = wp.where(met, phase.settled_steps[world] + 1, 0)
 
     ended = _RUNNING
+    should_stand = table.carries[index] == 0 and table.drops[index] == 0
     if table.carries[index] != 0 and phase.untouched_steps[world] >= limits.drop_steps:
         ended = _DROPPED
-    elif table.carries[index] == 0 and tilt_between(phase.start_object_pose[world], pose) > limits.tilt:
+    elif should_stand and tilt_between(phase.start_object_pose[world], pose) > limits.tilt:
         ended = _TOPPLED
     elif phase.settled_steps[world] >= limits.settle_steps and phase.step[world] >= table.least_steps[index]:
         ended = _DONE

@@ -9,6 +9,8 @@ from .states import Goal, ObjectModel, PhaseState
 
 wp.set_module_options({"enable_backward": False})
 
+RISE = wp.constant(0.15)
+"""Of a path that leads up and over, midway [m]."""
 ARC_HEIGHT = wp.constant(0.1)
 """How much farther from the object a wrist that goes around to its other side passes [m]."""
 CORRECTION_SHIFT = wp.constant(0.05)
@@ -110,6 +112,20 @@ def move_around(
     return wp.transform(
         wp.vec3(position[0], position[1], wp.max(position[2], clearance)),
         wp.transform_get_rotation(blend_poses(start, end, fraction)),
+    )
+
+
+@wp.func
+def move_over(start: wp.transform, end: wp.transform, fraction: float) -> wp.transform:
+    """A wrist frame on the way from start to end that rises first and then goes across.
+
+    So it comes out of a box without catching on its walls or its lid.
+    """
+    low, high = wp.transform_get_translation(start), wp.transform_get_translation(end)
+    across = wp.lerp(low, high, fraction * fraction)
+    rise = wp.lerp(low[2], high[2], fraction) + 4.0 * RISE * fraction * (1.0 - fraction)
+    return wp.transform(
+        wp.vec3(across[0], across[1], rise), wp.transform_get_rotation(blend_poses(start, end, fraction * fraction))
     )
 
 

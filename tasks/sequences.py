@@ -90,6 +90,19 @@ RETREAT = PhaseConfig(
 )
 """The hands draw out of their grip."""
 
+WITHDRAW = PhaseConfig(
+    name="withdraw",
+    aim="hands",
+    least_steps=120,
+    most_steps=160,
+    opens=False,
+    action=ActionConfig(
+        wrist_prior="home", finger_prior="opening", residual=None, approach_steps=120, close_start=0, close_end=0
+    ),
+    gains=SOFT_FINGERS,
+)
+"""The hands go to where they waited at first, so as not to be in the way of what comes next."""
+
 TRANSIT = PhaseConfig(
     name="transit",
     reference="second",

@@ -65,11 +65,12 @@ class ActionConfig:
     residual on top.
     """
 
-    wrist_prior: Literal["reference", "hinge", "schedule", "transport", "retreat", "transit"] = "reference"
+    wrist_prior: Literal["reference", "hinge", "schedule", "transport", "retreat", "transit", "home"] = "reference"
     """Where the wrist goes by itself: to the reference on the manipulated part as it is now; to the reference on
     the part turned ahead about the hinge toward the goal; to the reference on the part turned with time from the start
     to the goal, wherever it is; along with the object that it carries to its target; away
-    from the object; around the object to where its reference is approached from."""
+    from the object; around the object to where its reference is approached from; up and over to where the hand waited
+    at first, of which only episodes know that begin at an instant (:meth:`Environment.begin_at`)."""
     finger_prior: Literal["current", "reference", "closed", "opening"] = "current"
     """Where the fingers go by themselves: they stay as they are, close to the reference, stay there, or open again."""
     synergy: SynergyConfig | None = None
@@ -83,8 +84,8 @@ class ActionConfig:
     lead_end: int = 120
     """Control step from which it runs ahead by the full lead, or has turned the part to the goal."""
     approach_steps: int = 0
-    """Control steps over which the wrist priors "hinge", "schedule", "retreat" and "transit" move from the initial pose
-    to their goal; 0 aims there at once."""
+    """Control steps over which the wrist priors "hinge", "schedule", "retreat", "transit" and "home" move from the
+    initial pose to their goal; 0 aims there at once."""
     approach_arc: float = 0.0
     """How far the way of the wrist priors "hinge" and "schedule" bows to the hand's back and wrist, so that it comes in
     with palm and fingertips [m]."""

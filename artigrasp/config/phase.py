@@ -33,6 +33,9 @@ class PhaseConfig:
     """Whether it is carried so high over where the phase began instead."""
     places: bool = False
     """Whether it fails if the object is not at its target in the end."""
+    drops: bool = False
+    """Whether the object falls as hands let go of it, and may turn over; else that is a failure, unless they
+    carry it."""
     steadies: bool = False
     """Whether hands that take no part hold the base where their reference has them on it; else they wait."""
     opens: bool = True

@@ -36,6 +36,7 @@ class Acting:
         synergy: [W, H, 14] slow offsets in force, in units of their scales.
         residual: [W, H, 51] fast offsets in force, likewise.
         stiffness, damping: [W, H, 3] PD gains in force of the `DOF_GROUPS`.
+        home: [W, H] wrist frames in the world to which the prior "home" leads.
     """
 
     def __init__(
@@ -57,6 +58,7 @@ class Acting:
         self.synergy = wp.zeros((*shape, SYNERGY_COUNT), dtype=float, device=device)
         self.residual = wp.zeros((*shape, DOF_COUNT), dtype=float, device=device)
         self.stiffness, self.damping = (wp.zeros((*shape, 3), dtype=float, device=device) for _ in range(2))
+        self.home = wp.zeros(shape, dtype=wp.transform, device=device)
         self._terms = [
             ActionTerm(
                 held,
@@ -95,7 +97,8 @@ class Acting:
         ]
         arguments = [
             worlds.state.hands, worlds.state.objects, worlds.object_model, worlds.goal, phase, self._settings,
-            self._synergy_basis, self._hand_back, self.synergy[rows], self.residual[rows], self.target[rows],
+            self._synergy_basis, self._hand_back, self.home[rows], self.synergy[rows], self.residual[rows],
+            self.target[rows],
         ]  # fmt: skip
         return [*latches, record(actions.pd_targets, worlds.every_hand, arguments, self._device)]
 

@@ -61,6 +61,7 @@ class Beginning:
             rows = np.ascontiguousarray(getattr(instant, name), dtype=np.float32)
             setattr(self._hands, name, wp.array(rows, dtype=dtype, device=device))
         self._target_pose = wp.array(np.ascontiguousarray(self.target_object_pose), dtype=wp.transform, device=device)
+        acting.home.assign(np.broadcast_to(instant.home, (*self._shape, 7)))
         goal.keeps.assign(self.keeps.astype(np.int32))
 
     def place_objects(self, bystanders: Bystanders) -> None:

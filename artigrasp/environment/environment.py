@@ -169,6 +169,11 @@ class Environment:
         return self._acting.damping
 
     @property
+    def home(self) -> wp.array:
+        """[W, H] wrist frames in the world to which the wrist prior "home" leads."""
+        return self._acting.home
+
+    @property
     def reward(self) -> wp.array:
         """[W, H] reward of the last control step."""
         return self._rewarding.total
@@ -235,6 +240,8 @@ class Environment:
 
     def reset(self, world_mask: wp.array | None = None) -> None:
         """Begin an episode in the worlds whose mask (int, [W]) is not zero, in all of them by default."""
+        if self._beginning is None and any(phase.action.wrist_prior == "home" for phase in self.phases):
+            raise ValueError('the wrist prior "home" needs an instant to begin at, which says where hands wait')
         world_mask = self._every_world if world_mask is None else world_mask
         self._launch(
             episodes.begin_episodes,

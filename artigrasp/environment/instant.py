@@ -25,6 +25,9 @@ class Instant:
     """Their rates [m/s | rad/s], shape [H, 51]."""
     hand_base: NDArray[np.float32]
     """Frame that the wrist coordinates are relative to: position [m], quaternion xyzw, shape [H, 7]."""
+    home: NDArray[np.float32]
+    """Frames of the wrists where hands wait while they have nothing to do: position [m], quaternion xyzw, shape
+    [H, 7]."""
     target: NDArray[np.float32]
     """PD targets [m | rad], shape [H, 51]."""
     stiffness: NDArray[np.float32]

@@ -41,7 +41,7 @@ def read_instant(environment: Environment, world: int) -> Instant:
     """Where one world of an environment is now."""
     state = environment.state
     holders: dict[str, Any] = dict.fromkeys(("joint_q", "joint_qd", "hand_base"), state.hands)
-    holders |= dict.fromkeys(("target", "stiffness", "damping"), environment)
+    holders |= dict.fromkeys(("home", "target", "stiffness", "damping"), environment)
     holders |= dict.fromkeys(OBJECT_FIELDS, state.slots)
     return Instant(**{name: np.array(getattr(holder, name).numpy()[world]) for name, holder in holders.items()})
 

@@ -216,7 +216,7 @@ def phase_table(configs: Sequence[PhaseConfig], device: str) -> phases.PhaseTabl
     for each in configs:
         if each.retry_from is not None and each.retry_from not in names:
             raise unknown("phase to try again from", each.retry_from, names)
-    same = ("least_steps", "most_steps", "carries", "raises", "places", "steadies", "opens", "decides")
+    same = ("least_steps", "most_steps", "carries", "raises", "places", "drops", "steadies", "opens", "decides")
     columns: dict[str, tuple[Any, list[Any]]] = {
         **{name: (int, [int(getattr(each, name)) for each in configs]) for name in same},
         "reference": (int, [("first", "second").index(each.reference) for each in configs]),

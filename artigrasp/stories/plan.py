@@ -15,9 +15,9 @@ from artigrasp.environment.worlds import DRAW_GOAL
 from artigrasp.errors import UserError
 from artigrasp.kernels.layout import HANDS
 from artigrasp.references.reference import ReferenceSet
-from artigrasp.tasks.sequences import ARTICULATE, GRASP, PUT_DOWN, RELEASE, RELOCATE, RETREAT, TRANSIT
+from artigrasp.tasks.sequences import ARTICULATE, GRASP, PUT_DOWN, RELEASE, RELOCATE, RETREAT, TRANSIT, WITHDRAW
 
-LARGEST_SHIFT, LARGEST_TURN = 0.1, 1.2
+LARGEST_SHIFT, LARGEST_TURN = 0.1, 0.7
 """How far other objects may be moved [m] and turned [rad] by a step that succeeds."""
 LARGEST_DISPLACEMENT = 0.1
 """How far the base may be moved by what should only turn its hinge [m]."""
@@ -99,7 +99,7 @@ def plan_step(step: Step, story: StoryConfig, situation: Situation, references: 
         UserError: A hand should let go and holds nothing, or no reference fits: hands are busy, or there is none.
     """
     names, instant = list(story.objects), situation.instant
-    last: tuple[PhaseConfig, ...] = () if getattr(step, "hold", False) else (RELEASE, RETREAT)
+    last: tuple[PhaseConfig, ...] = () if getattr(step, "hold", False) else _let_go(step)
     goal_angle, target = DRAW_GOAL, None
     phases: tuple[PhaseConfig, ...]
     if isinstance(step, ReleaseStep):
@@ -167,6 +167,13 @@ def _hold_of(step: Step, kind: str, slot: int, situation: Situation) -> Hold | N
         if hold.slot == slot and hold.reference.kind[0] == kind and wanted in (None, "both", side):
             return hold
     return None
+
+
+def _let_go(step: Step) -> tuple[PhaseConfig, ...]:
+    """How hands come off an object and out of the way; of what they drop there is nothing to draw out of."""
+    if getattr(step, "drop", 0.0):
+        return replace(RELEASE, drops=True), replace(WITHDRAW, drops=True)
+    return RELEASE, RETREAT, WITHDRAW
 
 
 def _approach(held: Hold | None, *then: PhaseConfig) -> tuple[PhaseConfig, ...]:

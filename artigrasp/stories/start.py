@@ -78,6 +78,7 @@ def first_instant(story: StoryConfig, references: Sequence[ReferenceSet], sides:
         joint_q=still,
         joint_qd=still,
         hand_base=np.array(bases, np.float32),
+        home=np.array(bases, np.float32),
         target=still,
         stiffness=np.tile(np.array([each.kp for each in gains], np.float32), (hands, 1)),
         damping=np.tile(np.array([each.kd for each in gains], np.float32), (hands, 1)),
