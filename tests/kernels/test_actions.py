@@ -23,6 +23,8 @@ from tests.kernels import numpy_reference
 from tests.kernels.launches import launch_forward_kinematics
 from tests.kernels.samples import Sample, random_sample, to_device
 
+WAITING = np.array([[-0.4, -0.3, 0.3, 0.0, 0.0, 0.6, 0.8], [0.4, -0.2, 0.25, 0.0, 0.8, 0.0, 0.6]])
+"""Where the hands wait."""
 PAPER = {"wrist_prior": "reference", "finger_prior": "current"}
 HINGE = {"wrist_prior": "hinge", "finger_prior": "reference"}
 SCALES = np.array([0.001] * 3 + [0.01] * 3 + [0.015] * 45)
@@ -80,6 +82,7 @@ def targets(
             wp.array([settings(**prior, **changes)], dtype=ActionSettings),
             wp.array(finger_synergy_basis(HANDS), dtype=float),
             wp.array(hand_backs(HANDS), dtype=wp.vec3),
+            wp.array(np.broadcast_to(WAITING, (*hands, 7)), dtype=wp.transform),
             wp.array(np.zeros((*hands, len(SYNERGIES))) if synergy is None else synergy, dtype=float),
             wp.array(np.zeros((*hands, DOF_COUNT)) if residual is None else residual, dtype=float),
         ],
@@ -324,6 +327,7 @@ def test_both_parts_occur(sample: Sample) -> None:
 
 TRANSPORT = {"wrist_prior": "transport", "finger_prior": "closed"}
 RETREAT = {"wrist_prior": "retreat", "finger_prior": "opening"}
+HOME = {"wrist_prior": "home", "finger_prior": "opening"}
 TRANSIT = {"wrist_prior": "transit", "finger_prior": "opening"}
 SPEEDS = {"speed": 0.002, "turn_speed": 0.01}
 
@@ -418,6 +422,21 @@ def test_transit_leads_around_the_object(sample: Sample) -> None:
     highest = wrist_at(opposite, targets(opposite, TRANSIT, step=30, **distances))[1]
     np.testing.assert_allclose(highest[..., :2], np.broadcast_to(origin[..., :2], highest[..., :2].shape), atol=1e-3)
     assert (highest[..., 2] > origin[..., 2] + 0.1).all()
+
+
+def test_hands_that_have_nothing_left_to_do_go_home(sample: Sample) -> None:
+    """Up and over: they have gone halfway up before a quarter of the way across; those that take no part stay."""
+    sample = replace(sample, active=np.broadcast_to([1, 0], sample.active.shape))
+    start, end = numpy_reference.frame(sample.hand_base), numpy_reference.frame(WAITING)
+    stays = tuple(each[:, 1] for each in start)
+    for step, fraction in ((0, 0.0), (30, 0.5), (1000, 1.0)):
+        rotation, position = wrist_at(sample, targets(sample, HOME, step=step))
+        low, high = start[1][:, 0], end[1][0]
+        across = low + fraction**2 * (high - low)
+        across[:, 2] = low[:, 2] + fraction * (high - low)[:, 2] + 0.6 * fraction * (1.0 - fraction)
+        np.testing.assert_allclose(position[:, 0], across, atol=1e-5)
+        assert_frames_agree((rotation[:, 1], position[:, 1]), stays)
+    np.testing.assert_allclose(rotation[:, 0], np.broadcast_to(end[0][0], rotation[:, 0].shape), atol=2e-5)
 
 
 def test_hands_press(sample: Sample) -> None:

@@ -88,14 +88,20 @@ def test_every_fitting_reference_is_tried(first: Situation, references: list[Ref
 
 def test_a_hand_on_the_object_goes_on(first: Situation, references: list[ReferenceSet]) -> None:
     """With its own reference and decisions and without coming anew; who should stay on it does not let go."""
-    assert names_of(CloseStep(close="box"), first, references) == ["transit", "articulate", "release", "retreat"]
+    letting_go = ["release", "retreat", "withdraw"]
+    assert names_of(CloseStep(close="box"), first, references) == ["transit", "articulate", *letting_go]
     situation = held_by_left(first, references)
-    assert names_of(CloseStep(close="box"), situation, references) == ["articulate", "release", "retreat"]
+    assert names_of(CloseStep(close="box"), situation, references) == ["articulate", *letting_go]
     plan = plan_step(CloseStep(close="box", hold=True), STORY, situation, references)
     assert [phase.name for phase in plan.phases] == ["articulate"] and plan.holds
     assert plan.references is situation.holds["left"].reference and plan.offsets is OFFSETS
     assert names_of(CloseStep(close="box", hand="right"), situation, references)[0] == "transit"
-    assert names_of(ReleaseStep(release="left"), situation, references) == ["release", "retreat"]
+    assert names_of(ReleaseStep(release="left"), situation, references) == letting_go
+    drop = MoveStep(move="bottle", to=(0.0, 0.0, 0.1), drop=0.1)
+    assert [phase.name for phase in plan_step(drop, STORY, first, references).phases if phase.drops] == [
+        "release",
+        "withdraw",
+    ], "what falls may turn over, and hands have nothing to draw out of"
     after = situation.after(first.instant, plan, plan.references, OFFSETS)
     assert after.holds["left"].slot == 0 and list(after.holds) == ["left"]
     let_go = plan_step(ReleaseStep(release="left"), STORY, situation, references)
