@@ -90,19 +90,6 @@ RETREAT = PhaseConfig(
 )
 """The hands draw out of their grip."""
 
-WITHDRAW = PhaseConfig(
-    name="withdraw",
-    aim="hands",
-    least_steps=120,
-    most_steps=160,
-    opens=False,
-    action=ActionConfig(
-        wrist_prior="home", finger_prior="opening", residual=None, approach_steps=120, close_start=0, close_end=0
-    ),
-    gains=SOFT_FINGERS,
-)
-"""The hands go to where they waited at first, so as not to be in the way of what comes next."""
-
 TRANSIT = PhaseConfig(
     name="transit",
     reference="second",
@@ -117,6 +104,11 @@ TRANSIT = PhaseConfig(
     gains=SOFT_FINGERS,
 )
 """The hands go around the object to where the next reference is approached from, or wait out of the way."""
+
+WITHDRAW = replace(
+    TRANSIT, name="withdraw", reference="first", steadies=False, action=replace(TRANSIT.action, wrist_prior="home")
+)
+"""The hands go to where they waited at first, so as not to be in the way of what comes next."""
 
 ARTICULATE = PhaseConfig(
     name="articulate",
