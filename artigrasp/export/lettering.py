@@ -8,11 +8,11 @@ from matplotlib import font_manager
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from artigrasp.export.raycaster import BACKGROUND, to_srgb
+from artigrasp.export.raycaster import BACKGROUND, tone_mapped
 
 Rgb = tuple[int, int, int]
 
-PAPER: Rgb = tuple(to_srgb(BACKGROUND).tolist())
+PAPER: Rgb = tuple(tone_mapped(BACKGROUND).tolist())
 INK, FAINT_INK, TRACK, ACCENT = (45, 48, 54), (140, 144, 152), (219, 221, 225), (226, 132, 52)
 SHARPNESS = 3
 """Bands are drawn this many times larger and then reduced."""

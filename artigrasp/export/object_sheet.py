@@ -12,7 +12,7 @@ from artigrasp.export.camera import look_at
 from artigrasp.export.image_file import STILL_SUFFIXES, check_image, save_image
 from artigrasp.export.lettering import FAINT_INK, Band, arrange
 from artigrasp.export.raycaster import render_surface
-from artigrasp.export.surface import Surface, join, part_surface, place
+from artigrasp.export.surface import join, part_surface, place, rest
 
 DIRECTION = tuple(np.radians((-58.0, 30.0)))
 """From the object, whose front is at -y, to the camera: azimuth from x, elevation [rad]."""
@@ -72,9 +72,7 @@ def _pictures(object: ObjectModel, openings: Sequence[float], size: int) -> NDAr
     for opening in openings:
         angle = object.hinge_lower + opening * (object.hinge_upper - object.hinge_lower)
         pose = np.concatenate(object.articulated_pose_in_base(angle))
-        scene = join([parts[0][0], place(parts[1][0], pose)])
-        lowest = np.array([0.0, 0.0, scene.vertices[:, 2].min()])
-        scenes.append(Surface(scene.vertices - lowest, scene.faces, scene.corner_normals))
+        scenes.append(rest(join([parts[0][0], place(parts[1][0], pose)])))
     view = look_at(np.concatenate([scene.vertices for scene in scenes]), DIRECTION, 1.0)
     return np.concatenate([render_surface(scene, colours, view, width=size, height=size) for scene in scenes], axis=1)
 

@@ -84,9 +84,9 @@ def render_surface(
         list(threads.map(render_band, range(_BAND, height, _BAND)))
     light, cover = np.split(image.numpy(), [3], axis=-1)
     if not transparent:
-        return to_srgb(light)
+        return tone_mapped(light)
     opacity = np.round(255 * cover).astype(np.uint8)
-    return np.concatenate([to_srgb(light / np.maximum(cover, 1e-6)), opacity], axis=-1)
+    return np.concatenate([tone_mapped(light / np.maximum(cover, 1e-6)), opacity], axis=-1)
 
 
 def visibility(scene: Surface, points: Array, normals: Array, directions: Array) -> Array:
@@ -113,12 +113,16 @@ def visibility(scene: Surface, points: Array, normals: Array, directions: Array)
     return np.asarray(seen.numpy(), np.float64)
 
 
-def to_srgb(linear: ArrayLike) -> NDArray[np.uint8]:
-    """SRGB values of linear ones, the bright ones compressed so that they keep their colour, shape ``[..., 3]``."""
+def tone_mapped(linear: ArrayLike) -> NDArray[np.uint8]:
+    """SRGB bytes of linear values, the bright ones compressed so that they keep their colour, shape ``[..., 3]``."""
     light = np.asarray(linear)
     room = 1 - SHOULDER
-    light = np.where(light > SHOULDER, SHOULDER + room * (1 - np.exp((SHOULDER - light) / room)), light)
-    encoded = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    return encode_srgb(np.where(light > SHOULDER, SHOULDER + room * (1 - np.exp((SHOULDER - light) / room)), light))
+
+
+def encode_srgb(linear: NDArray[np.floating]) -> NDArray[np.uint8]:
+    """SRGB bytes of linear values from 0 to 1, same shape."""
+    encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
     return np.round(255 * encoded).astype(np.uint8)
 
 

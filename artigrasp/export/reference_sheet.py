@@ -13,8 +13,8 @@ from artigrasp.export.camera import look_at
 from artigrasp.export.hand_surface import hand_surface
 from artigrasp.export.image_file import STILL_SUFFIXES, check_image, save_image
 from artigrasp.export.lettering import FAINT_INK, INK, Band, Rgb, arrange
-from artigrasp.export.raycaster import render_surface, to_srgb
-from artigrasp.export.surface import Surface, join, part_surface, place
+from artigrasp.export.raycaster import render_surface, tone_mapped
+from artigrasp.export.surface import Surface, join, part_surface, place, rest
 from artigrasp.export.viewpoint import telling_directions
 from artigrasp.kernels.layout import HANDS
 from artigrasp.motion.kinematics import posed_references
@@ -69,11 +69,8 @@ class ReferencePictures:
             surfaces.append(place(surface, self._part_poses[row, part]))
             colours.append(colours_of_faces)
             weights.append(np.full(len(surfaces[-1].faces), OBJECT_WEIGHT))
-        whole = join(surfaces)
         # Hands may be below the object: the floor is below them.
-        lowest = np.array([0.0, 0.0, whole.vertices[:, 2].min()])
-        whole = Surface(whole.vertices - lowest, whole.faces, whole.corner_normals)
-        return whole, np.concatenate(colours), np.concatenate(weights)
+        return rest(join(surfaces)), np.concatenate(colours), np.concatenate(weights)
 
     def render(self, row: int) -> NDArray[np.uint8]:
         """Render a reference: sRGB, shape ``[size, views * size, 3]``."""
@@ -178,7 +175,7 @@ def _source(references: ReferenceSet, row: int) -> str:
 def _header(title: str, width: int, height: int) -> NDArray[np.uint8]:
     band = Band(width, height)
     end = band.write(12, 36, f"{title}   ", 26, INK, bold=True)
-    red: Rgb = tuple(to_srgb(CONTACT).tolist())
+    red: Rgb = tuple(tone_mapped(CONTACT).tolist())
     band.bar(end, 18, end + 20, 36, red)
     band.write(end + 26, 36, "should touch the object", 20, FAINT_INK)
     return band.image()

@@ -68,6 +68,12 @@ def place(surface: Surface, pose: NDArray[np.floating]) -> Surface:
     return Surface(turn.apply(surface.vertices) + pose[:3], surface.faces, normals)
 
 
+def rest(surface: Surface) -> Surface:
+    """The surface moved up or down until its lowest point is at z = 0."""
+    lowest = np.array([0.0, 0.0, surface.vertices[:, 2].min()])
+    return Surface(surface.vertices - lowest, surface.faces, surface.corner_normals)
+
+
 def _solid_faces(vertices: Array, faces: NDArray[np.integer]) -> tuple[trimesh.Trimesh, NDArray[np.bool_]]:
     """A mesh in which vertices at the same place are one, and which of its faces have an area."""
     mesh = trimesh.Trimesh(vertices, faces, process=False)

@@ -15,7 +15,7 @@ from artigrasp.assets.usd_stage import set_pose
 from artigrasp.export.bodies import Body
 from artigrasp.export.hand_surface import skin_of
 from artigrasp.export.surface import link_surface
-from artigrasp.export.usd_prims import SKIN, add_body, add_ghost, add_surface, bind, haunt
+from artigrasp.export.usd_prims import SKIN, add_body, add_ghost, add_surface, bind, continuous, haunt
 from artigrasp.kernels.layout import LINK_COUNT, LINK_PARENTS, LINKS
 
 HandLook = Literal["skinned", "baked", "links"]
@@ -104,6 +104,4 @@ def _in_parents(poses: NDArray[np.float32]) -> tuple[NDArray[np.float64], NDArra
         back = Rotation.from_quat(poses[:, parent, 3:]).inv()
         positions[:, link] = back.apply(poses[:, link, :3].astype(np.float64) - poses[:, parent, :3])
         turns[:, link] = (back * Rotation.from_quat(poses[:, link, 3:])).as_quat()
-    flips = np.sum(turns[1:] * turns[:-1], axis=2) < 0
-    turns[1:] *= np.where(np.cumsum(flips, axis=0) % 2, -1, 1)[..., None]
-    return positions, turns
+    return positions, continuous(turns)

@@ -1,6 +1,7 @@
 """What USD animations are made of: meshes with materials, bodies that move, ghosts."""
 
 from collections.abc import Sequence
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +17,8 @@ GHOST_COLOUR: Colour = (0.30, 0.62, 0.42)
 GHOST_OPACITY = 0.35
 ROUGHNESS = 0.55
 
+T = TypeVar("T", bound=np.floating)
+
 
 def add_body(stage: Usd.Stage, path: str, body: Body, codes: Sequence[float]) -> Usd.Prim:
     """Add a body with its surface, moving through the time codes."""
@@ -24,12 +27,24 @@ def add_body(stage: Usd.Stage, path: str, body: Body, codes: Sequence[float]) ->
     # near one into a third of a milliradian.
     double = UsdGeom.XformOp.PrecisionDouble
     translate, orient = xform.AddTranslateOp(double), xform.AddOrientOp(double)
-    for code, pose in zip(codes, _continuous(body.poses).tolist(), strict=True):
-        x, y, z, qx, qy, qz, qw = pose
+    turns = continuous(body.poses[:, 3:])
+    for code, (x, y, z), (qx, qy, qz, qw) in zip(codes, body.poses[:, :3].tolist(), turns.tolist(), strict=True):
         translate.Set(Gf.Vec3d(x, y, z), code)
         orient.Set(Gf.Quatd(qw, qx, qy, qz).GetNormalized(), code)
     paint(stage, add_surface(stage, f"{path}/visual", body.surface), body.colours)
     return xform.GetPrim()
+
+
+def continuous(quaternions: NDArray[T]) -> NDArray[T]:
+    """Of q and -q always the one nearer to the sample before: interpolation goes the short way.
+
+    Args:
+        quaternions: Of T samples, shape ``[T, ..., 4]``.
+    """
+    turns = quaternions.copy()
+    flips = np.sum(turns[1:] * turns[:-1], axis=-1) < 0
+    turns[1:] *= np.where(np.cumsum(flips, axis=0) % 2, -1, 1)[..., None]
+    return turns
 
 
 def add_ghost(stage: Usd.Stage, path: str) -> Usd.Prim:
@@ -107,11 +122,3 @@ def _material(stage: Usd.Stage, name: str, colour: Gf.Vec3f) -> UsdShade.Materia
     shader.CreateInput("opacity", Sdf.ValueTypeNames.Float).Set(GHOST_OPACITY if name == GHOST else 1.0)
     material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), UsdShade.Tokens.surface)
     return material
-
-
-def _continuous(poses: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The same poses, of q and -q always the one nearer to the sample before: interpolation goes the short way."""
-    poses = poses.copy()
-    flips = np.sum(poses[1:, 3:] * poses[:-1, 3:], axis=1) < 0
-    poses[1:, 3:] *= np.where(np.cumsum(flips) % 2, -1, 1)[:, None]
-    return poses

@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from artigrasp.export.raycaster import encode_srgb
+
 Rgb = tuple[int, int, int]
 
 
@@ -18,7 +20,5 @@ def to_xyzw(quaternions: ArrayLike) -> NDArray[np.float64]:
 
 def to_srgb(colour: ArrayLike) -> Rgb:
     """A linear RGB colour, each 0 to 1, as sRGB bytes."""
-    linear = np.clip(np.asarray(colour, np.float64), 0.0, 1.0)
-    encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    red, green, blue = (int(value) for value in np.round(255 * encoded))
+    red, green, blue = encode_srgb(np.clip(np.asarray(colour, np.float64), 0.0, 1.0)).tolist()
     return red, green, blue
