@@ -1,6 +1,6 @@
 """Policies for an object, and the task that comes with one."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from artigrasp.assets.library import asset_files
 from artigrasp.errors import UserError
@@ -11,15 +11,18 @@ if TYPE_CHECKING:
 
 DEFAULT_TASK = "right-fixed"
 
+Policies: TypeAlias = "dict[str, tuple[str, PolicyFile]]"
+"""Policies with their names, by the kind of their skill."""
 
-def policies_for(object_name: str) -> "dict[str, tuple[str, PolicyFile]]":
-    """Policies among the assets that learned on an object, with their names, by the kind of their skill.
+
+def policies_for(object_name: str) -> Policies:
+    """Policies among the assets that learned on an object.
 
     Of several of a kind it is the first by name.
     """
     from artigrasp.controllers.policy_file import load_policy
 
-    found: dict[str, tuple[str, PolicyFile]] = {}
+    found: Policies = {}
     for name, path in asset_files("policies").items():
         policy = load_policy(path)
         if object_name in policy.objects:
