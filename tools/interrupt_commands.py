@@ -25,6 +25,8 @@ import sys
 import tempfile
 import time
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import replace
 from multiprocessing import get_context, set_forkserver_preload
 from multiprocessing.process import BaseProcess
 from pathlib import Path
@@ -38,6 +40,7 @@ from artigrasp.arrays import load_plain_arrays
 from artigrasp.cli import main as cli_main
 from artigrasp.controllers.policy_file import load_policy
 from artigrasp.motion.file import load_motion
+from artigrasp.training.learning_curve import read_curve
 
 PRELOADED = (
     "artigrasp.cli.app",
@@ -92,11 +95,13 @@ class Train(Case):
         """See `Case`."""
         return max((load_policy(path).iteration for path in self.folder.rglob("latest.pt")), default=0)
 
-    def result(self) -> dict[str, Any]:
-        """See `Case`."""
-        (policy,) = (load_policy(path) for path in self.folder.rglob("policy.pt"))
-        weights = {(network, name): each for network, actor in policy.actors.items() for name, each in actor.items()}
-        return {" ".join(names): weight.tolist() for names, weight in weights.items()}
+    def result(self) -> object:
+        """What is acted with, all that would be resumed from, and the learning curve; without the times it took."""
+        (checkpoint,) = self.folder.rglob("latest.pt")
+        policy, learned = load_policy(checkpoint.with_name("policy.pt")), load_policy(checkpoint)
+        states = [policy.actors, learned.actors, {**(learned.learner or {}), "cpu_time": 0.0}]
+        curve = [vars(replace(point, wall_time=0.0, cpu_time=0.0)) for point in read_curve(checkpoint.parent)]
+        return as_bytes([*states, curve])
 
 
 class Evaluate(Case):
@@ -268,6 +273,15 @@ def processor_time(process: BaseProcess) -> float:
         return 0.0
     user, system = text.rsplit(") ", 1)[1].split()[11:13]
     return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+
+
+def as_bytes(state: Any) -> Any:
+    """A state with bytes in the place of its numbers, so that what is no number equals itself."""
+    if isinstance(state, Mapping):
+        return {name: as_bytes(each) for name, each in state.items()}
+    if isinstance(state, list | tuple):
+        return [as_bytes(each) for each in state]
+    return np.asarray(state).tobytes()
 
 
 def is_temporary(path: Path) -> bool:
