@@ -277,10 +277,11 @@ class Runner:
     def _write(self, checkpoint: PolicyFile) -> None:
         if not self.processes.is_first:
             return
-        save_policy(checkpoint, self.folder / CHECKPOINT)
-        save_policy(replace(checkpoint, learner=None), self.folder / POLICY)
         points = [point for point in self.curve if point.iteration <= checkpoint.iteration]
         write_curve(self.folder, points, f"{self.task.name} on {', '.join(checkpoint.objects)}")
+        save_policy(replace(checkpoint, learner=None), self.folder / POLICY)
+        # last: what the others are ahead of it is done again, but what they lacked nobody would write
+        save_policy(checkpoint, self.folder / CHECKPOINT)
         self._unsaved = None
 
     def _evaluate(self, evaluation: PeriodicEvaluation, writer: SummaryWriter | None) -> None:

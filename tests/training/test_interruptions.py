@@ -4,8 +4,10 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 import torch
@@ -13,6 +15,8 @@ import torch
 from artigrasp.config import TaskConfig
 from artigrasp.controllers.policy_file import load_policy
 from artigrasp.training import learning_curve
+from artigrasp.training import runner as runner_module
+from artigrasp.training.learning_curve import read_curve
 from artigrasp.training.runner import CHECKPOINT, POLICY, Runner, TrainingFailedError
 from tests.training.examples import make_new_env, small_paper
 
@@ -90,6 +94,32 @@ def test_a_killed_run_goes_on(uninterrupted: Runner, tmp_path: Path) -> None:
     assert runner.iteration == 2 and runner.env.episode_length_buf.any()
     runner.learn(5)
     assert_same_training(runner, uninterrupted)
+
+
+@pytest.mark.parametrize("count", range(7, 9))
+def test_a_run_killed_between_the_files_of_its_end_goes_on(uninterrupted: Runner, tmp_path: Path, count: int) -> None:
+    """Three times three files are written, of which so many are there; none lacks anything in the end."""
+    written: list[Any] = []
+
+    def write_or_not(write: Callable[..., None]) -> Callable[..., None]:
+        def unless_killed(*arguments: Any) -> None:
+            if len(written) < count:
+                written.append(arguments)
+                write(*arguments)
+
+        return unless_killed
+
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("save_policy", "write_curve"):
+            patch.setattr(runner_module, name, write_or_not(getattr(runner_module, name)))
+        make_runner(tmp_path).learn(5)
+    runner = make_runner(tmp_path)
+    runner.resume()
+    runner.learn(5)
+    assert_same_training(runner, uninterrupted)
+    assert load_policy(tmp_path / POLICY).iteration == load_policy(tmp_path / CHECKPOINT).iteration == 5
+    curves = [[point.iteration for point in read_curve(folder)] for folder in (tmp_path, uninterrupted.folder)]
+    assert curves[0] == curves[1]
 
 
 def test_control_c_loses_only_the_iteration_under_way(uninterrupted: Runner, tmp_path: Path) -> None:
