@@ -129,6 +129,66 @@ def is_near(pose: wp.transform, wanted: wp.transform, position: float, rotation:
     return distance_between(pose, wanted) < position and angle_between(pose, wanted) < rotation
 
 
+@wp.func
+def is_aim_met(
+    aim: int,
+    untouching: int,
+    hand_state: HandState,
+    object_state: ObjectState,
+    goal: Goal,
+    target: wp.array3d[float],
+    limits: PhaseLimits,
+    world: int,
+) -> bool:
+    """Whether what an aim of `AIMS` asks for holds now; ``untouching``: hands that take part and touch nothing."""
+    velocity = object_state.velocity[world]
+    at_rest = (
+        wp.length(wp.spatial_top(velocity)) < limits.object_speed
+        and wp.length(wp.spatial_bottom(velocity)) < limits.object_turn_speed
+    )
+    met = False
+    if aim == _GRASP:
+        met = at_rest and untouching == 0
+    elif aim == _OBJECT:
+        pose, asked = object_state.pose[world], goal.object_pose[world]
+        met = at_rest and is_near(pose, asked, limits.position, limits.rotation)
+    elif aim == _HINGE:
+        met = wp.abs(goal.angle[world] - object_state.hinge_q[world]) < limits.hinge
+    elif aim == _HANDS:
+        met = wrists_arrived(hand_state, goal, target, limits, world)
+    return met
+
+
+@wp.func
+def how_it_ended(
+    pose: wp.transform, goal: Goal, phase: PhaseState, table: PhaseTable, limits: PhaseLimits, world: int
+) -> int:
+    """What became of the running phase, index into `OUTCOMES`, with the base at ``pose``."""
+    index = phase.index[world]
+    aim = table.aim[index]
+    ended = _RUNNING
+    should_stand = table.carries[index] == 0 and table.drops[index] == 0
+    if table.carries[index] != 0 and phase.untouched_steps[world] >= limits.drop_steps:
+        ended = _DROPPED
+    elif should_stand and tilt_between(phase.start_object_pose[world], pose) > limits.tilt:
+        ended = _TOPPLED
+    elif phase.settled_steps[world] >= limits.settle_steps and phase.step[world] >= table.least_steps[index]:
+        ended = _DONE
+    elif phase.step[world] >= table.most_steps[index]:
+        ended = _DONE
+        if aim == _GRASP:
+            ended = _NOT_GRASPED
+        elif aim == _OBJECT:
+            ended = wp.where(distance_between(pose, goal.object_pose[world]) > limits.slip, _SLIPPED, _NOT_REACHED)
+        elif aim == _HINGE:
+            ended = _NOT_REACHED
+    target = goal.target_object_pose[world]
+    is_placed = is_near(pose, target, limits.placed_position, limits.placed_rotation)
+    if ended == _DONE and table.places[index] != 0 and not is_placed:
+        ended = _NOT_REACHED
+    return ended
+
+
 @wp.kernel
 def advance_phases(
     hand_state: HandState,
@@ -161,46 +221,11 @@ def advance_phases(
     hands = untouching_hands(hand_state, goal, world)
     phase.untouched_steps[world] = wp.where(hands[0] == hands[1], phase.untouched_steps[world] + 1, 0)
 
-    pose, asked = object_state.pose[world], goal.object_pose[world]
-    velocity = object_state.velocity[world]
-    at_rest = (
-        wp.length(wp.spatial_top(velocity)) < limits.object_speed
-        and wp.length(wp.spatial_bottom(velocity)) < limits.object_turn_speed
-    )
-    aim = table.aim[index]
-    met = False
-    if aim == _GRASP:
-        met = at_rest and hands[1] == 0
-    elif aim == _OBJECT:
-        met = at_rest and is_near(pose, asked, limits.position, limits.rotation)
-    elif aim == _HINGE:
-        met = wp.abs(goal.angle[world] - object_state.hinge_q[world]) < limits.hinge
-    elif aim == _HANDS:
-        met = wrists_arrived(hand_state, goal, target, limits, world)
+    met = is_aim_met(table.aim[index], hands[1], hand_state, object_state, goal, target, limits, world)
     phase.settled_steps[world] = wp.where(met, phase.settled_steps[world] + 1, 0)
-
-    ended = _RUNNING
-    should_stand = table.carries[index] == 0 and table.drops[index] == 0
-    if table.carries[index] != 0 and phase.untouched_steps[world] >= limits.drop_steps:
-        ended = _DROPPED
-    elif should_stand and tilt_between(phase.start_object_pose[world], pose) > limits.tilt:
-        ended = _TOPPLED
-    elif phase.settled_steps[world] >= limits.settle_steps and phase.step[world] >= table.least_steps[index]:
-        ended = _DONE
-    elif phase.step[world] >= table.most_steps[index]:
-        ended = _DONE
-        if aim == _GRASP:
-            ended = _NOT_GRASPED
-        elif aim == _OBJECT:
-            ended = wp.where(distance_between(pose, asked) > limits.slip, _SLIPPED, _NOT_REACHED)
-        elif aim == _HINGE:
-            ended = _NOT_REACHED
+    ended = how_it_ended(object_state.pose[world], goal, phase, table, limits, world)
     if ended == _RUNNING:
         return
-    target_pose = goal.target_object_pose[world]
-    is_placed = is_near(pose, target_pose, limits.placed_position, limits.placed_rotation)
-    if ended == _DONE and table.places[index] != 0 and not is_placed:
-        ended = _NOT_REACHED
     outcome[world, index] = ended
     back = table.retry_from[index]
     # hands that still hold the object had better go on than open
