@@ -1,6 +1,6 @@
 """Author grasps of the lidded box: how two hands may take it between them to carry it.
 
-    python tools/author_box_grasps.py [FILE] [--seed S]
+    python -m tools.author_box_grasps [FILE] [--seed S]
 
 adds them to ``assets_usd/references/lidded-box.npz``, in place of those that it has; the same seed writes the same
 file. Run ``author_box_references.py`` first.
@@ -15,14 +15,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from author_box_references import CONTACT_DISTANCE, DEEPEST, HAND, OBJECT, ROW, relaxed_motions
-from hand_fitting import TABLE_CLEARANCE, Array, HandFitter, Intent, Pose
 from scipy.spatial.transform import Rotation
 
 from artigrasp.assets.hand import load_hand
 from artigrasp.assets.object import load_object
 from artigrasp.kernels.layout import ARTICULATED, BASE, HANDS, TIP_FINGERS, TIP_LINKS
 from artigrasp.references.reference import ReferenceSet, join_references, read_references, save_references
+from tools.author_box_references import CONTACT_DISTANCE, DEEPEST, HAND, OBJECT, ROW, relaxed_motions
+from tools.hand_fitting import TABLE_CLEARANCE, Array, HandFitter, Intent, Pose
 
 CANDIDATE_COUNT, KEPT, TEST_EVERY = 24, 12, 3
 """Candidates, grasps that are kept, and which of them are for testing: every third."""

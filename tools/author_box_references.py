@@ -1,6 +1,6 @@
 """Author references of the lidded box: how a right hand may take hold of its lid.
 
-    python tools/author_box_references.py [FILE] [--seed S]
+    python -m tools.author_box_references [FILE] [--seed S]
 
 writes ``assets_usd/references/lidded-box.npz``; the same seed writes the same file.
 
@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from hand_fitting import FINGERS, LAST_JOINT_SHARE, MOTIONS, TABLE_CLEARANCE, Array, HandFitter, Intent, Pose
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -29,6 +28,7 @@ from artigrasp.environment.worlds import trial_worlds
 from artigrasp.kernels.layout import ARTICULATED, BASE, HANDS, LINK_COUNT, TIP_FINGERS, TIP_LINKS
 from artigrasp.references.reference import ReferenceSet, save_references
 from artigrasp.tasks import get_task
+from tools.hand_fitting import FINGERS, LAST_JOINT_SHARE, MOTIONS, TABLE_CLEARANCE, Array, HandFitter, Intent, Pose
 
 OBJECT, HAND = "lidded-box", "open"
 CANDIDATE_COUNT, KEPT_PER_KIND, TEST_EVERY = 80, 9, 3
@@ -166,6 +166,7 @@ class RandomOffsets:
 
     name = "random-offsets"
     hand = None
+    rollout_count = 0
 
     def __init__(self, seed: int) -> None:
         """Draw from a generator with this seed."""
