@@ -166,6 +166,15 @@ def test_forbidden_imports_are_caught(place: str, planted: str, contract: str, i
     assert f"artigrasp.{place}.planted -> {planted}" in output
 
 
+def test_circles_are_caught(installed: Path) -> None:
+    """Two modules of one package that import each other fail the check."""
+    for one, other in (("first", "second"), ("second", "first")):
+        code = f'"""Planted."""\n\nimport artigrasp.assets.planted_{other}\n'
+        (installed / "artigrasp" / "assets" / f"planted_{one}.py").write_text(code)
+    code, output = _check(installed, "lint-imports", "--no-cache")
+    assert code == 1 and "No modules import each other in a circle BROKEN" in output
+
+
 def test_packages_without_a_layer_are_caught(installed: Path) -> None:
     """A new package must take its place among the layers."""
     (installed / "artigrasp" / "novelty").mkdir()
