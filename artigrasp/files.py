@@ -9,7 +9,7 @@ import re
 import secrets
 import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -146,6 +146,20 @@ def check_format(
         raise UserError(
             f"{path}: version: expected at most {version}, found {number}: a newer version of artigrasp wrote this file"
         )
+
+
+def write_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Write a JSON file that :func:`read_json` reads, whole or not at all.
+
+    Args:
+        path: The file.
+        content: Its table, ``format`` and ``version`` included; numbers must be finite, for JSON has no others.
+
+    Raises:
+        UserError: The place cannot be written to.
+    """
+    with atomic_write(path) as temporary:
+        temporary.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def read_json(path: Path, format: str, version: int, what: str) -> dict[str, Any]:

@@ -11,7 +11,15 @@ import numpy as np
 import pytest
 
 from artigrasp.errors import UserError
-from artigrasp.files import LEFTOVER_AGE, atomic_write, check_format, check_target, remove_leftovers
+from artigrasp.files import (
+    LEFTOVER_AGE,
+    atomic_write,
+    check_format,
+    check_target,
+    read_json,
+    remove_leftovers,
+    write_json,
+)
 
 
 def test_atomic_write_renames_when_whole(tmp_path: Path) -> None:
@@ -34,6 +42,15 @@ def test_atomic_write_keeps_the_old_file_on_failure(tmp_path: Path) -> None:
         raise RuntimeError("half way")
     assert target.read_text() == "old"
     assert list(tmp_path.iterdir()) == [target]
+
+
+def test_json_has_finite_numbers(tmp_path: Path) -> None:
+    """What is written is read back; numbers that JSON does not have leave the old file as it was."""
+    target, content = tmp_path / "note.json", {"format": "artigrasp.note", "version": 1, "size": 0.5}
+    write_json(target, content)
+    with pytest.raises(ValueError, match="JSON"):
+        write_json(target, {**content, "size": float("nan")})
+    assert read_json(target, "artigrasp.note", 1, "a note") == {"size": 0.5}
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,10 @@
 """The task that a run was made with, stored beside its checkpoints as JSON."""
 
-import json
 from pathlib import Path
 
 from artigrasp.config.parse import from_dict, to_dict
 from artigrasp.config.task import TaskConfig
-from artigrasp.files import atomic_write, read_json
+from artigrasp.files import read_json, write_json
 
 FORMAT = "artigrasp.task"
 VERSION = 1
@@ -17,9 +16,7 @@ def write_task(path: Path, task: TaskConfig) -> None:
     Raises:
         UserError: The file cannot be written there.
     """
-    content = {"format": FORMAT, "version": VERSION, **to_dict(task)}
-    with atomic_write(path) as temporary:
-        temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+    write_json(path, {"format": FORMAT, "version": VERSION, **to_dict(task)})
 
 
 def read_task(path: Path) -> TaskConfig:

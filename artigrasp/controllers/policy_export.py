@@ -1,6 +1,5 @@
 """Policies for programs that have neither this package nor rsl-rl: TorchScript and ONNX."""
 
-import json
 import logging
 import warnings
 from collections.abc import Callable
@@ -18,7 +17,7 @@ from artigrasp.controllers.mirror import mirror_actions, mirror_features
 from artigrasp.controllers.network import observed_columns
 from artigrasp.controllers.policy_file import PolicyFile, make_actors
 from artigrasp.environment.action_columns import synergy_directions, synergy_scales
-from artigrasp.files import atomic_write
+from artigrasp.files import atomic_write, write_json
 from artigrasp.kernels.layout import DOFS, FEATURE_COUNT, FEATURES, FEATURES_VERSION, feature_slice
 
 FORMAT, VERSION = "artigrasp.exported-policy", 1
@@ -80,8 +79,7 @@ def export_policy(
             with atomic_write(paths[-1]) as path:
                 write(module, example, path)
     paths.append(folder / "policy.json")
-    with atomic_write(paths[-1]) as path:
-        path.write_text(json.dumps(describe_policy(policy), indent=2) + "\n", encoding="utf-8")
+    write_json(paths[-1], describe_policy(policy))
     on_file(len(paths), len(paths))
     return paths
 

@@ -1,7 +1,6 @@
 """The files of an evaluation: `metrics.json`, `trials.csv`, `metrics.md`, a plot, and what a search found."""
 
 import csv
-import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -16,7 +15,7 @@ from artigrasp.evaluation.evaluate import Evaluation
 from artigrasp.evaluation.experiment import CRITERIA, QUALITY_METRICS
 from artigrasp.evaluation.plots import plot_evaluations
 from artigrasp.evaluation.statistics import Estimate, estimate_mean
-from artigrasp.files import atomic_write
+from artigrasp.files import atomic_write, write_json
 
 METRICS_FORMAT, METRICS_VERSION = "artigrasp.metrics", 1
 
@@ -69,8 +68,7 @@ def write_report(evaluations: Sequence[Evaluation[Any]], folder: Path) -> None:
     """
     for index, evaluation in enumerate(evaluations):
         place = folder if index == 0 else folder / evaluation.controller
-        with atomic_write(place / "metrics.json") as path:
-            path.write_text(json.dumps(metrics_dict(evaluation), indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        write_json(place / "metrics.json", metrics_dict(evaluation))
         _write_trials(trial_columns(evaluation), place / "trials.csv")
         if evaluation.found is not None:
             save_demonstrations(place / "demonstrations.npz", demonstrations_of(evaluation))

@@ -2,7 +2,6 @@
 
 import contextlib
 import importlib.metadata
-import json
 import os
 import subprocess
 import sys
@@ -14,7 +13,7 @@ from typing import TypeVar
 
 from artigrasp.config import CurriculumConfig, SimulatorConfig, TaskConfig, from_dict, to_dict
 from artigrasp.errors import UserError
-from artigrasp.files import atomic_write, check_target, read_json
+from artigrasp.files import check_target, read_json, write_json
 
 if sys.platform != "win32":
     import fcntl
@@ -126,8 +125,7 @@ def write_run_description(folder: Path, run: RunDescription, simulator: Simulato
         },
         "task": to_dict(run.task),
     }
-    with atomic_write(folder / RUN_FILE) as path:
-        path.write_text(json.dumps(description, indent=2) + "\n", encoding="utf-8")
+    write_json(folder / RUN_FILE, description)
 
 
 def read_run_description(folder: Path) -> RunDescription:
@@ -141,9 +139,8 @@ def read_run_description(folder: Path) -> RunDescription:
 
 def write_curriculum_description(folder: Path, run: CurriculumDescription) -> None:
     """Write ``curriculum.json``; what each stage ran with is in its ``run.json``."""
-    description = {"format": CURRICULUM_FORMAT, "version": CURRICULUM_VERSION, **to_dict(run)}
-    with atomic_write(folder / CURRICULUM_FILE) as path:
-        path.write_text(json.dumps(description, indent=2) + "\n", encoding="utf-8")
+    content = {"format": CURRICULUM_FORMAT, "version": CURRICULUM_VERSION, **to_dict(run)}
+    write_json(folder / CURRICULUM_FILE, content)
 
 
 def read_curriculum_description(folder: Path) -> CurriculumDescription:
