@@ -14,6 +14,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from artigrasp.assets.hand import Box, HandModel
+from artigrasp.assets.hand_table import hand_table
 from artigrasp.kernels import kinematics, states
 from artigrasp.kernels.layout import DOF_COUNT, DOFS, LINK_COUNT, TIP_LINKS, WRIST_DOF_COUNT
 
@@ -107,9 +108,7 @@ class HandFitter:
         self._tips = hand.tip_offset * ((reach - self.tip_radii) / reach)[:, None]
         self._bounds = np.array([_range(motion, hand) for motion in BASIS]).T
         self._solids = solids
-        self._model = states.hand_model(1, "cpu")
-        self._model.link_offset.assign(hand.link_offset[None])
-        self._model.tip_offset.assign(hand.tip_offset[None])
+        self._model = hand_table([hand], "cpu")
 
     def fit(self, intent: Intent) -> Pose:
         """The pose that serves the intent best."""

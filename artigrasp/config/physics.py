@@ -71,3 +71,8 @@ class PDGains:
     """The three hinges of the wrist."""
     fingers: PDGain = PDGain(kp=50.0, kd=0.2)
     """The 45 finger hinges."""
+
+    @property
+    def groups(self) -> tuple[PDGain, PDGain, PDGain]:
+        """All of them, in the order of the kernels' `DOF_GROUPS`."""
+        return self.wrist_translation, self.wrist_rotation, self.fingers

@@ -8,6 +8,7 @@ import warp as wp
 from numpy.typing import ArrayLike, NDArray
 
 from artigrasp.assets.hand import load_hand
+from artigrasp.assets.hand_table import hand_table
 from artigrasp.assets.object import ObjectModel, load_object
 from artigrasp.config import PhaseConfig, SimulatorConfig, TaskConfig
 from artigrasp.environment import tables
@@ -96,7 +97,7 @@ class Environment:
         self.world_count, self.hand_count = worlds.world_count, len(self.hands)
         self.goal = states.goal(self.world_count, self.hand_count, self.device)
         self._bystanders = Bystanders(self.objects, beside, bystanders, worlds, task.fixed_base, self.state, self.goal)
-        self._hand_model = tables.hand_table(self.hands, self.device)
+        self._hand_model = hand_table(self.hands, self.device)
         self._references = self._reference_table()
         self._reset_settings = tables.reset_settings(task.reset, noise)
         self._acting = Acting(task, self.phases, self.hands, self.world_count, self.device)

@@ -8,12 +8,9 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from artigrasp.assets.hand import HandModel
 from artigrasp.assets.object import ObjectModel
 from artigrasp.config import (
     ActionConfig,
-    PDGain,
-    PDGains,
     PhaseConfig,
     ResetConfig,
     RewardConfig,
@@ -60,14 +57,6 @@ PHASE_LIMITS: dict[str, float] = {
     "tilt": 0.7,
 }
 """When a phase's aim counts as met and its object as lost, see `PhaseLimits`."""
-
-
-def hand_table(hands: Sequence[HandModel], device: str) -> states.HandModel:
-    """Offsets and limits of the scene's hands."""
-    table = states.hand_model(len(hands), device)
-    for name in ("link_offset", "tip_offset", "lower", "upper"):
-        getattr(table, name).assign(np.stack([getattr(hand, name) for hand in hands]).astype(np.float32))
-    return table
 
 
 def object_table(objects: Sequence[ObjectModel], worlds: WorldPlan, device: str) -> states.ObjectModel:
@@ -223,8 +212,8 @@ def phase_table(configs: Sequence[PhaseConfig], device: str) -> phases.PhaseTabl
         "aim": (int, [phases.AIMS.index(each.aim) for each in configs]),
         "lift": (float, [each.lift for each in configs]),
         "retry_from": (int, [-1 if each.retry_from is None else names.index(each.retry_from) for each in configs]),
-        "stiffness": (float, [[group.kp for group in gain_groups(each.gains)] for each in configs]),
-        "damping": (float, [[group.kd for group in gain_groups(each.gains)] for each in configs]),
+        "stiffness": (float, [[group.kp for group in each.gains.groups] for each in configs]),
+        "damping": (float, [[group.kd for group in each.gains.groups] for each in configs]),
     }
     table = phases.PhaseTable()
     for name, (dtype, values) in columns.items():
@@ -246,8 +235,3 @@ def phase_limits(retry_count: int) -> phases.PhaseLimits:
 def synergy_basis(sides: Sequence[str], device: str) -> wp.array:
     """Finger angles per radian of each finger synergy, shape [hand, 5, 45]."""
     return wp.array(finger_synergy_basis(sides), dtype=float, device=device)
-
-
-def gain_groups(gains: PDGains) -> tuple[PDGain, ...]:
-    """Gains in the order of `DOF_GROUPS`."""
-    return tuple(getattr(gains, group) for group in DOF_GROUPS)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from artigrasp.assets.hand import HandModel
+from artigrasp.assets.hand_table import hand_table
 from artigrasp.assets.object import ObjectModel
 from artigrasp.kernels import states
 from artigrasp.kernels.kinematics import forward_kinematics
@@ -118,11 +119,8 @@ def pose_object(
 def _link_poses(
     hand_base: NDArray[np.float32], joint_q: NDArray[np.float32], hands: Sequence[HandModel]
 ) -> NDArray[np.float32]:
-    model = states.hand_model(len(hands), _DEVICE)
-    model.link_offset.assign(np.stack([hand.link_offset for hand in hands]))
-    model.tip_offset.assign(np.stack([hand.tip_offset for hand in hands]))
     state = states.hand_state(len(joint_q), len(hands), _DEVICE)
     state.joint_q.assign(joint_q)
     state.hand_base.assign(hand_base)
-    wp.launch(forward_kinematics, dim=hand_base.shape[:2], inputs=[state, model], device=_DEVICE)
+    wp.launch(forward_kinematics, dim=hand_base.shape[:2], inputs=[state, hand_table(hands, _DEVICE)], device=_DEVICE)
     return np.asarray(state.link_pose.numpy(), np.float32)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.hand_surface import HandPoints, core_points
+from artigrasp.assets.hand_table import hand_table
 from artigrasp.assets.object import ObjectModel
 from artigrasp.kernels import mesh_distance, states
 from artigrasp.kernels.kinematics import forward_kinematics
@@ -102,9 +103,7 @@ class HandDistance:
         world_count, hand_count = len(object_index), len(hands)
         self.points = points_table(points or [core_points(hand) for hand in hands], device)
         self.hands = states.hand_state(world_count, hand_count, device, requires_grad)
-        self.hand_model = states.hand_model(hand_count, device)
-        for name in ("link_offset", "tip_offset", "lower", "upper"):
-            getattr(self.hand_model, name).assign(np.stack([getattr(hand, name) for hand in hands]).astype(np.float32))
+        self.hand_model = hand_table(hands, device)
         # A mesh lives as long as its Python object.
         self._meshes = meshes
         self._mesh = wp.array(meshes.ids[object_index], dtype=wp.uint64, device=device)

@@ -15,6 +15,7 @@ import warp as wp
 from newton.solvers import SolverFeatherstone
 from numpy.typing import NDArray
 
+from artigrasp.assets.hand_table import hand_table
 from artigrasp.config import PDGains
 from artigrasp.config.checks import require_not_negative, require_positive
 from artigrasp.errors import UserError
@@ -112,12 +113,9 @@ class DifferentiableRollout:
             [self._zeros(world_count, object_count) for _ in range(control_steps + 1)] for _ in range(2)
         )
         self.hands = states.hand_state(world_count, hand_count, device, requires_grad=True)
-        self._hand_model = states.hand_model(hand_count, device)
-        for name in ("link_offset", "tip_offset", "lower", "upper"):
-            getattr(self._hand_model, name).assign(np.stack([getattr(hand, name) for hand in scene.hands]))
+        self._hand_model = hand_table(scene.hands, device)
         self._effort = wp.array(np.stack([hand.effort for hand in scene.hands]), dtype=float, device=device)
-        gains = gains or PDGains()
-        groups = (gains.wrist_translation, gains.wrist_rotation, gains.fingers)
+        groups = (gains or PDGains()).groups
         self._stiffness, self._damping = (
             wp.array(np.tile(values, (world_count, hand_count, 1)), dtype=float, device=device)
             for values in ([group.kp for group in groups], [group.kd for group in groups])

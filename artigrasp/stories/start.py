@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 from artigrasp.assets.object import load_object
 from artigrasp.config.story import CloseStep, OpenStep, StoryConfig
 from artigrasp.environment.instant import Instant
-from artigrasp.environment.tables import gain_groups
 from artigrasp.errors import UserError
 from artigrasp.kernels.layout import DOF_COUNT
 from artigrasp.references.reference import ReferenceSet
@@ -73,7 +72,7 @@ def first_instant(story: StoryConfig, references: Sequence[ReferenceSet], sides:
         poses.append(np.concatenate([placed.at, standing[2:3], turn.as_quat()]))
     hands, objects = len(sides), len(poses)
     still = np.zeros((hands, DOF_COUNT), np.float32)
-    gains = gain_groups(SOFT_FINGERS)
+    gains = SOFT_FINGERS.groups
     return Instant(
         joint_q=still,
         joint_qd=still,

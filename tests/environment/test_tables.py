@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from artigrasp.assets.hand import load_hand
 from artigrasp.assets.object import load_object
 from artigrasp.config import (
     ActionConfig,
@@ -23,15 +22,6 @@ from artigrasp.errors import UserError
 from artigrasp.kernels import actions
 from artigrasp.kernels.outcomes import OUTCOME_TERMS
 from tests.example_references import box_references
-
-
-def test_hands_keep_their_order() -> None:
-    """Row 0 is the first hand of the scene."""
-    hands = [load_hand("open", side) for side in ("left", "right")]
-    table = tables.hand_table(hands, "cpu")
-    for name in ("link_offset", "tip_offset", "lower", "upper"):
-        expected = np.stack([getattr(hand, name) for hand in hands])
-        np.testing.assert_allclose(getattr(table, name).numpy(), expected, atol=1e-6)
 
 
 def test_every_world_has_its_objects_numbers() -> None:

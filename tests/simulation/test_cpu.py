@@ -8,7 +8,8 @@ import pytest
 import warp as wp
 from scipy.spatial.transform import Rotation
 
-from artigrasp.kernels import kinematics, states
+from artigrasp.assets.hand_table import hand_table
+from artigrasp.kernels import kinematics
 from artigrasp.kernels.layout import LINKS, PARTS
 from artigrasp.simulation.cpu import CpuSimulation
 from artigrasp.simulation.mujoco_model import model_layout
@@ -74,9 +75,7 @@ def plain_mujoco(simulation: CpuSimulation, world: int) -> tuple[mujoco.MjModel,
 def test_kinematics_are_mujocos(simulation: CpuSimulation) -> None:
     """Link frames and fingertips from the Warp chain, and part frames from the hinge, are MuJoCo's body frames."""
     hand, scene = simulation.scenes[0].hands[0], simulation.scenes[0]
-    table = states.hand_model(1, "cpu")
-    for name in ("link_offset", "tip_offset", "lower", "upper"):
-        getattr(table, name).assign(getattr(hand, name)[None].astype(np.float32))
+    table = hand_table([hand], "cpu")
     hands = simulation.state.hands
     wp.launch(kinematics.forward_kinematics, (WORLDS, 1), inputs=[hands, table], device="cpu")
     for world in range(WORLDS):
