@@ -28,6 +28,15 @@ TASK = replace(
     ),
 )
 
+FIRM = replace(
+    TASK,
+    name="right-free-replay-firm",
+    description="The same with a prior that presses what it holds, for references that only touch: synthesised ones",
+    action=replace(TASK.action, squeeze=0.15, press=0.01),
+)
+"""Hands of recordings are a centimetre deep in the object, and press as they strive to get there. Hands that are fitted
+touch it; with them the prior alone opens half as often unless it squeezes."""
+
 RETRY = replace(
     TASK,
     name="right-free-retry",
@@ -82,4 +91,4 @@ ABLATIONS = (
 )
 """The same but for one thing each."""
 
-TASKS = (TASK, RETRY, *ABLATIONS)
+TASKS = (TASK, FIRM, RETRY, *ABLATIONS)

@@ -25,7 +25,7 @@ from artigrasp.evaluation.report import format_estimate, markdown_table
 from artigrasp.files import atomic_write
 from tools.arms import Arm, Measured, Protocol, measure
 
-TASK, PRIOR = "right-free-replay", "prior"
+TASK, PRIOR = "right-free-replay-firm", "prior"
 CATEGORIES = ("box", "espresso-machine", "ketchup-bottle", "laptop", "microwave", "mixer", "notebook", "waffle-iron")
 
 
