@@ -33,9 +33,13 @@ FIRM = replace(
     name="right-free-replay-firm",
     description="The same with a prior that presses what it holds, for references that only touch: synthesised ones",
     action=replace(TASK.action, squeeze=0.15, press=0.01),
+    replay=ReplayConfig(doubt=1.0, action_cost=0.06),
 )
 """Hands of recordings are a centimetre deep in the object, and press as they strive to get there. Hands that are fitted
-touch it; with them the prior alone opens half as often unless it squeezes."""
+touch it; with them the prior alone opens half as often unless it squeezes.
+
+As that prior opens most things by itself, the actor stays nearer to it and trusts the critics less.
+"""
 
 RETRY = replace(
     TASK,
