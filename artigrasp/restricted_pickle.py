@@ -23,22 +23,24 @@ from artigrasp.errors import UserError
 MAX_BYTES = 2**30
 """Files larger than this are refused."""
 
+ENCODING = "latin1"
+"""How text of Python 2 is read: the only way in which its arrays can be."""
+
 _DTYPE = re.compile(r"[<>|=]?([biuf][1248]|[SU][0-9]{1,4}|O8?)")
 
 
-def read_pickle(path: Path, classes: Collection[str] = (), encoding: str = "latin1") -> Any:
+def read_pickle(path: Path, classes: Collection[str] = ()) -> Any:
     """Read a pickle.
 
     Args:
         path: The file.
         classes: Classes, as in ``"module.Name"``, whose objects may occur; each becomes a dictionary of its attributes
             and items. A name that ends in ``.*`` stands for every class of a module and its submodules.
-        encoding: How text of Python 2 was encoded; arrays need ``"latin1"``.
 
     Raises:
         UserError: there is no such file, or it holds anything else, or nothing whole.
     """
-    return _load(path, _read(path), classes, encoding)
+    return _load(path, _read(path), classes)
 
 
 def read_npy(path: Path, classes: Collection[str] = ()) -> Any:
@@ -61,7 +63,7 @@ def read_npy(path: Path, classes: Collection[str] = ()) -> Any:
             return _array(shape, dtype.str, fortran_order, file.read())
     except Exception as error:  # A damaged header can fail anywhere in NumPy's reader.
         raise _refusal(path, error) from None
-    array = _load(path, file.read(), classes, "latin1")
+    array = _load(path, file.read(), classes)
     if not isinstance(array, np.ndarray) or array.ndim > 1:
         raise UserError(f"{path}: expected one object or a list of them, found something else")
     return array.tolist()
@@ -76,10 +78,10 @@ def _read(path: Path) -> bytes:
         raise UserError(f"{path}: cannot read this file: {error.strerror}") from None
 
 
-def _load(path: Path, program: bytes, classes: Collection[str], encoding: str) -> Any:
+def _load(path: Path, program: bytes, classes: Collection[str]) -> Any:
     try:
         _check_sizes(program)
-        return _plain(_Unpickler(io.BytesIO(program), classes, encoding).load(), {})
+        return _plain(_Unpickler(io.BytesIO(program), classes).load(), {})
     except Exception as error:  # A damaged program can fail in any way.
         raise _refusal(path, error) from None
 
@@ -204,8 +206,8 @@ _NAMES: dict[str, Any] = {
 
 
 class _Unpickler(pickle.Unpickler):
-    def __init__(self, file: io.BytesIO, classes: Collection[str], encoding: str) -> None:
-        super().__init__(file, encoding=encoding)
+    def __init__(self, file: io.BytesIO, classes: Collection[str]) -> None:
+        super().__init__(file, encoding=ENCODING)
         self._classes = classes
 
     def find_class(self, module: str, name: str) -> Any:

@@ -19,6 +19,8 @@ SAMPLES = 4000
 """Points on each surface from which distances are measured."""
 TRIANGLES_PER_SURFACE = 40_000
 """Into about how many small triangles a surface is divided."""
+CANDIDATES = 16
+"""Small triangles among which the nearest to a point is sought: those whose middles are nearest."""
 SLIT = 5e-4
 """Gaps between pieces that are narrower than this are not seen [m]."""
 
@@ -143,11 +145,11 @@ def _sample(triangles: Array) -> Array:
     return points
 
 
-def _distances_mm(points: Array, triangles: Array, candidates: int = 16) -> Array:
+def _distances_mm(points: Array, triangles: Array) -> Array:
     """Distance **[mm]** of points from a surface of small triangles of similar size, shape (N,)."""
     # In millimetres also because trimesh takes triangles of a size of millimetres, in metres, for points.
     points, triangles = 1000 * points, 1000 * triangles
-    _, nearest = cKDTree(triangles.mean(axis=1)).query(points, k=min(candidates, len(triangles)))
+    _, nearest = cKDTree(triangles.mean(axis=1)).query(points, k=min(CANDIDATES, len(triangles)))
     nearest = nearest.reshape(len(points), -1)
     count = nearest.shape[1]
     closest_point: Any = trimesh.triangles.closest_point

@@ -21,6 +21,10 @@ CARRYING_GAINS = replace(PAPER_GAINS, wrist_translation=PDGain(kp=1000.0, kd=5.0
 """Wrists that carry; the authors' motions raise the stiffness for it too."""
 
 _SETTLE, _MEASURE = CONTROL_RATE // 2, 5 * CONTROL_RATE
+_HANG = 2 * CONTROL_RATE
+"""Control steps from the release of a grasp until its slip is measured."""
+_PRESSING = 0.3
+"""How far the fingers of hands that press are asked to flex beyond the reference [rad]."""
 _FAR = 5.0
 """Height of hands that are to touch nothing [m]."""
 _HEIGHT = 0.5
@@ -79,16 +83,15 @@ class PressDepth:
     failed: NDArray[np.bool_]
 
 
-def press_depth(references: ReferenceSet, physics: PhysicsConfig = PHYSICS, squeeze: float = 0.3) -> PressDepth:
+def press_depth(references: ReferenceSet, physics: PhysicsConfig = PHYSICS) -> PressDepth:
     """Let the hands of references close on fixed objects with the paper's gains and push toward their middle for 3 s.
 
     Args:
         references: What hands begin from.
         physics: Contact settings.
-        squeeze: How far fingers are asked to flex beyond the reference [rad].
     """
     worlds = ReferenceWorlds(references, physics, PAPER_GAINS, HANDS, fixed_base=True)
-    worlds.grasp(squeeze=squeeze, push=True)
+    worlds.grasp(squeeze=_PRESSING, push=True)
     began_inside = worlds.contact_depth() > 0.0
     depth, force = [], []
     for _ in worlds.play(3 * CONTROL_RATE):
@@ -123,13 +126,7 @@ class HoldSlip:
         return np.asarray((self.slip < _DROPPED) & (self.before < _DROPPED) & ~self.failed)
 
 
-def hold_slip(
-    references: ReferenceSet,
-    physics: PhysicsConfig = PHYSICS,
-    gains: PDGains = CARRYING_GAINS,
-    squeeze: float = 0.0,
-    settle: float = 2.0,
-) -> HoldSlip:
+def hold_slip(references: ReferenceSet, physics: PhysicsConfig = PHYSICS, squeeze: float = 0.0) -> HoldSlip:
     """Close hands on objects in the air, let go of the objects, and see how they slip.
 
     An object is kept where it is until the fingers have closed; then nothing but the hands carries it.
@@ -137,14 +134,12 @@ def hold_slip(
     Args:
         references: Grasps.
         physics: Contact settings.
-        gains: Of the hands.
         squeeze: How far fingers are asked to flex beyond the reference [rad].
-        settle: Time from the release until the 5 s begin [s].
     """
-    worlds = ReferenceWorlds(references, physics, gains, HANDS, fixed_base=False)
+    worlds = ReferenceWorlds(references, physics, CARRYING_GAINS, HANDS, fixed_base=False)
     worlds.lift(hand_height=_HEIGHT, object_height=_HEIGHT)
     worlds.grasp(squeeze=squeeze)
-    settled = RELEASE_STEP + round(settle * CONTROL_RATE)
+    settled = RELEASE_STEP + _HANG
     moved = worlds.mark()
     before: list[Array] = []
     slip: list[Array] = []

@@ -48,9 +48,9 @@ class Band:
             box = tuple(self._unit * edge for edge in (left, top, right, bottom))
             self._draw.rounded_rectangle(box, self._unit * (bottom - top) / 2, colour)
 
-    def tick(self, x: float, top: float, bottom: float, colour: Rgb = INK) -> None:
+    def tick(self, x: float, top: float, bottom: float) -> None:
         """Draw a mark across a bar."""
-        self._draw.rectangle(tuple(self._unit * edge for edge in (x - 1, top, x + 1, bottom)), colour)
+        self._draw.rectangle(tuple(self._unit * edge for edge in (x - 1, top, x + 1, bottom)), INK)
 
     def image(self, *, transparent: bool = False) -> NDArray[np.uint8]:
         """What was drawn: sRGB, shape ``[height, width, 3]``, or with opacity, shape ``[height, width, 4]``."""

@@ -163,7 +163,6 @@ def link_distances(
     hinge_angle: NDArray[np.floating],
     *,
     reach: float = REACH,
-    device: str = "cpu",
 ) -> NDArray[np.float32]:
     """Signed distance of the surface of every link from each part, in N configurations of hands and object.
 
@@ -174,13 +173,12 @@ def link_distances(
         finger_angles: Finger angles [rad], shape [N, H, 45].
         hinge_angle: Hinge angles [rad], shape [N].
         reach: How far to look for a surface [m]; what is farther counts as that far, less the radius of a finger.
-        device: Warp device.
 
     Returns:
         Distances [m], negative where a link is inside or overlaps the part, shape [N, H, 16, 2].
     """
     count = len(hinge_angle)
-    meshes = PartMeshes([model], device)
+    meshes = PartMeshes([model], "cpu")
     result = np.zeros((count, len(hands), LINK_COUNT, len(PARTS)), np.float32)
     bounds = [*range(0, count, BATCH), count]
     for start, end in pairwise(bounds):
