@@ -11,11 +11,12 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 INSTALLED := build/installed
 
-.PHONY: help venv demo test fuzz check style types imports bench clean $(INSTALLED)
+.PHONY: help venv demo test coverage fuzz check style types imports bench clean $(INSTALLED)
 
 help:
 	@echo "make demo    carry and open a shipped box with simulated hands, from nothing"
 	@echo "make test    run the tests"
+	@echo "make coverage  run the tests, and list the lines and branches that none of them takes"
 	@echo "make fuzz    damage files of every kind by the thousand, and count how it ended"
 	@echo "make check   run linter, formatter, type checker and import contracts"
 	@echo "make bench   measure throughput"
@@ -37,6 +38,10 @@ demo: $(STAMP)
 
 test: $(STAMP)
 	$(BIN)/python -m pytest
+
+coverage: $(STAMP)
+	$(BIN)/python -m coverage run -m pytest
+	$(BIN)/python -m coverage report
 
 bench: $(STAMP)
 	$(BIN)/artigrasp bench
@@ -64,5 +69,5 @@ $(INSTALLED): $(STAMP)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --target $@ .
 
 clean:
-	rm -rf build dist *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis
+	rm -rf build dist *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis .coverage*
 	find . -name __pycache__ -not -path './$(VENV)/*' -prune -exec rm -rf {} +

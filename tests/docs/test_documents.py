@@ -1,54 +1,28 @@
 """Tests that documents do not fall behind: commands are understood, links lead somewhere, pictures are shown."""
 
 import re
-import shlex
 from pathlib import Path
 
 import pytest
 
 from artigrasp.cli.app import parse
-
-ROOT = Path(__file__).parents[2]
-DOCUMENTS = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
-OBJECTS = "box espressomachine ketchup laptop microwave mixer notebook waffleiron"
-ASSIGNMENT = re.compile(r"\w+=\S*")
-
-
-def commands(text: str) -> list[str]:
-    """The shell commands of a document: lines of its blocks, and inline code that begins like one."""
-    blocks = re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL)
-    lines = [line.strip() for block in blocks for line in block.replace("\\\n", " ").splitlines()]
-    prose = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
-    inline = [" ".join(code.split()) for code in re.findall(r"`(artigrasp [\w-]+\s[^`]+)`", prose)]
-    # these stand for something else in a synopsis
-    return [line for line in lines + inline if not re.search(r"\b(VERB|PROTOCOL|NAME)\b|\[|…|\.\.\.", line)]
-
-
-def words_of_artigrasp(command: str) -> list[str] | None:
-    """What follows `artigrasp` in a command, or None if it runs something else."""
-    words = shlex.split(command.replace("$OBJECTS", OBJECTS), comments=True)
-    while words and ASSIGNMENT.fullmatch(words[0]):
-        words.pop(0)
-    programs = [index for index, word in enumerate(words) if Path(word).name == "artigrasp"]
-    starts = programs and (programs[0] == 0 or words[0] in ("time", "torchrun", "xvfb-run"))
-    return words[programs[0] + 1 :] if starts else None
-
+from tests.docs.commands import DOCUMENTS, ROOT, read_commands
 
 CASES = [
-    pytest.param(words, id=f"{document.relative_to(ROOT)}: {' '.join(words)}")
+    pytest.param(command.words, id=f"{command.document}: {' '.join(command.words)}")
     for document in DOCUMENTS
-    for command in commands(document.read_text(encoding="utf-8"))
-    if (words := words_of_artigrasp(command)) and words[0] not in ("--help", "--version")
+    for command in read_commands(document)
+    if command.program == "artigrasp" and command.words[0] not in ("--help", "--version")
 ]
 
 
 def test_there_are_commands() -> None:
     """The documents are found and read."""
-    assert len(CASES) > 50
+    assert len(CASES) > 150
 
 
 @pytest.mark.parametrize("words", CASES)
-def test_command_is_understood(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_command_is_understood(words: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
     """Every command in a document has a verb and options that exist."""
     if "--help" in words:
         with pytest.raises(SystemExit, match=r"^0$"):
