@@ -91,7 +91,7 @@ FEWER = {
     "refine-references": "--iterations 2 --starts 1",
     "render motion": "--width 48 --height 48 --fps 1 --out motion.webp",
     "render objects": "--size 32",
-    "render references": "lidded-box --size 32",
+    "render references": "lidded-box --size 32 --indices 0",
     "synthesize-references": f"{ONE} --out made --count 1 --candidates 2 --draws 4 --iterations 5 --tries 1 --trials 1 "
     "--rollouts 1",
     "tell": f"{ONE} --search 1",
