@@ -78,8 +78,7 @@ def lay_out(desk: Path) -> None:
         shutil.copy(find_asset("objects", "open-laptop"), "open-laptop-7.usda")
         assert main(["import-object", str(ROOT / "docs/examples/toolbox/toolbox.urdf")]) == 0
         _stand_in("box", Path("unseen"))
-        for name in ("waffleiron", "espressomachine"):
-            _stand_in(name, Path("synthesised"))
+        _stand_in("waffleiron", Path("synthesised"))
         Path("runs", "TASK").symlink_to("right-fixed")
         Path("EVALUATION").symlink_to("RUN")
         Path("demo").mkdir()
