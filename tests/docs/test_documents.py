@@ -12,7 +12,7 @@ CASES = [
     pytest.param(command.words, id=f"{command.document}: {' '.join(command.words)}")
     for document in DOCUMENTS
     for command in read_commands(document)
-    if command.program == "artigrasp" and command.words[0] not in ("--help", "--version")
+    if command.program == "artigrasp" and not {"--help", "--version", "NAME"} & set(command.words)
 ]
 
 
@@ -24,14 +24,10 @@ def test_there_are_commands() -> None:
 @pytest.mark.parametrize("words", CASES)
 def test_command_is_understood(words: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
     """Every command in a document has a verb and options that exist."""
-    if "--help" in words:
-        with pytest.raises(SystemExit, match=r"^0$"):
-            parse(words)
-    else:
-        try:
-            parse(words)
-        except SystemExit:
-            pytest.fail(capsys.readouterr().err)
+    try:
+        parse(words)
+    except SystemExit:
+        pytest.fail(capsys.readouterr().err)
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda each: str(each.relative_to(ROOT)))
