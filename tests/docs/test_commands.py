@@ -94,7 +94,7 @@ FEWER = {
     "render objects": "--size 32",
     "render references": "lidded-box --size 32 --indices 0",
     "synthesize-references": f"{ONE} --out made --count 1 --candidates 2 --draws 4 --iterations 5 --tries 1 --trials 1 "
-    "--rollouts 1",
+    "--rollouts 1 --overwrite",
     "tell": f"{ONE} --search 1",
     "tools.check_rollout_gradients": "--steps 1",
     "tools.compare_mesh_signs": "box",
