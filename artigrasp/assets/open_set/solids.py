@@ -140,7 +140,6 @@ def lathe(
     stretch: tuple[float, float] = (1.0, 1.0),
     square: float = 2.0,
     axis: Axis = "z",
-    density: float = 1.0,
 ) -> Solid:
     """A solid of round sections, or of squarish ones.
 
@@ -151,7 +150,6 @@ def lathe(
         stretch: Of the sections, in these two directions.
         square: Exponent of the superellipse: 2 for circles, more for squarish sections.
         axis: The direction of the axis.
-        density: Relative to the other solids of the part.
     """
 
     def rings(sections: Sequence[tuple[float, float]], count: int) -> list[Array]:
@@ -161,7 +159,7 @@ def lathe(
     largest = max(radius for radius, _ in profile)
     shown = loft(rings(profile, int(np.clip(2 * np.pi * largest / _ROUND_STEP, 12, 4 * _ROUND_STEPS))))
     pieces = tuple(_turn(loft(rings(run, 16)), _PLACES[axis]) for run in _convex_runs(profile))
-    return Solid(_turn(shown, _PLACES[axis]), pieces, colour, density)
+    return Solid(_turn(shown, _PLACES[axis]), pieces, colour)
 
 
 def shell(
@@ -209,9 +207,7 @@ def shell(
     return Solid(shown, tuple(pieces), colour, density)
 
 
-def tube(
-    path: ArrayLike, radius: float, colour: Colour, *, closed: bool = False, sides: int = 12, density: float = 1.0
-) -> Solid:
+def tube(path: ArrayLike, radius: float, colour: Colour, *, closed: bool = False, sides: int = 12) -> Solid:
     """A round bar along a path in a plane, each straight stretch of it one piece; its ends are blunt.
 
     Args:
@@ -220,7 +216,6 @@ def tube(
         colour: Of the surface.
         closed: Whether the path goes on from its last point to the first.
         sides: Of its section, as it is seen.
-        density: Relative to the other solids of the part.
     """
     points = np.asarray(path, float)
     ahead = np.roll(points, -1, axis=0) - points
@@ -251,15 +246,7 @@ def tube(
     stretches = zip(coarse, [*coarse[1:], coarse[0]], strict=True)
     pieces = [loft(list(pair)) for pair in stretches]
     shown = _skin(rings(sides), closed=True) if closed else loft(rings(sides))
-    return Solid(shown, tuple(pieces if closed else pieces[:-1]), colour, density)
-
-
-def arc(middle: ArrayLike, radius: float, start: float, end: float, steps: int, *, stretch: float = 1.0) -> Array:
-    """Points of an arc [m] at a height, from one angle from x to another [rad], shape (steps + 1, 3)."""
-    angles = np.linspace(start, end, steps + 1)
-    offsets = np.stack([radius * np.cos(angles), stretch * radius * np.sin(angles), np.zeros(steps + 1)], axis=1)
-    points: Array = np.asarray(middle, float) + offsets
-    return points
+    return Solid(shown, tuple(pieces if closed else pieces[:-1]), colour)
 
 
 def loft(rings: Sequence[Array]) -> Mesh:
@@ -336,13 +323,13 @@ def _turn(mesh: Mesh, places: tuple[int, int, int]) -> Mesh:
     return Mesh(mesh.vertices[:, list(places)], mesh.faces)
 
 
-def _convex_runs(profile: Sequence[tuple[float, float]], most: int = 4) -> list[list[tuple[float, float]]]:
-    """A profile in runs of sections that are convex together, each of at most so many sections."""
+def _convex_runs(profile: Sequence[tuple[float, float]]) -> list[list[tuple[float, float]]]:
+    """A profile in runs of sections that are convex together, each of at most four sections."""
     runs = [list(profile[:2])]
     for section in profile[2:]:
         (r0, z0), (r1, z1) = runs[-1][-2:]
         outwards = (r1 - r0) * (section[1] - z1) - (section[0] - r1) * (z1 - z0)
-        if outwards >= -1e-12 and len(runs[-1]) < most:
+        if outwards >= -1e-12 and len(runs[-1]) < 4:
             runs[-1].append(section)
         else:
             runs.append([(r1, z1), section])

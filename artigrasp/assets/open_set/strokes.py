@@ -13,16 +13,17 @@ _STROKES = {
 """Strokes from point to point of a grid of three by three: ``abc`` above, ``def`` in the middle, ``ghi`` below."""
 _WIDTH, _PITCH, _THICK = 0.55, 0.85, 0.14
 """Of a letter, from one to the next, and of a stroke, over the letters' height."""
+_DEPTH = 0.0004
+"""How far they stand out [m]."""
 
 
-def letters(text: str, height: float, colour: Colour, *, depth: float = 0.0004) -> list[Solid]:
+def letters(text: str, height: float, colour: Colour) -> list[Solid]:
     """Words on the plane y = 0, to be read from -y, their middle at the origin.
 
     Args:
         text: What to write; a colon is two dots.
         height: Of the letters [m].
         colour: Of the letters.
-        depth: How far they stand out [m].
     """
     widths = [0.3 if letter == ":" else _PITCH for letter in text]
     start = -(sum(widths) - (_PITCH - _WIDTH)) / 2
@@ -34,7 +35,7 @@ def letters(text: str, height: float, colour: Colour, *, depth: float = 0.0004) 
             across = np.array([-along[1], along[0]])
             corners = [line[0] - along - across, line[1] + along - across, line[1] + along + across]
             corners.append(line[0] - along + across)
-            flat.append(detail(prism(height * np.array(corners), -0.0001, depth, colour)))
+            flat.append(detail(prism(height * np.array(corners), -0.0001, _DEPTH, colour)))
         start += width
     upright = Rotation.from_euler("x", 90, degrees=True)
     return [solid.moved(rotation=upright) for solid in flat]
