@@ -1,9 +1,9 @@
 """Train on more and more variants of the open set's categories, and measure on variants and categories never seen.
 
     artigrasp synthesize-references VARIANTS --kinds articulate-right --count 8 --candidates 12 --untested --out FOLDER
-    ARTIGRASP_ASSETS=FOLDER python -m tools.measure_variants [--counts 1 2 4 8] [--unseen 1000 1001 1002 1003]
-        [--left-out CATEGORY...] [--left-out-count N] [--seeds 0 1 2] [--left-out-seeds 0] [--control-steps N]
-        [--worlds N] [--out FOLDER] [--threads N]
+    ARTIGRASP_ASSETS=FOLDER python -m tools.measure_variants [--task NAME] [--counts 1 2 4 8]
+        [--unseen 1000 1001 1002 1003] [--left-out CATEGORY...] [--left-out-count N] [--seeds 0 1 2]
+        [--left-out-seeds 0] [--control-steps N] [--worlds N] [--out FOLDER] [--threads N]
 
 VARIANTS are those that are used: OBJECT-1 to OBJECT-8 to learn from and OBJECT-1000 to OBJECT-1003 to measure on, of
 the eight objects of the open set, grips as they are fitted, which nobody tried in simulation. A policy for each count
@@ -25,7 +25,7 @@ from artigrasp.evaluation.report import format_estimate, markdown_table
 from artigrasp.files import atomic_write
 from tools.arms import Arm, Measured, Protocol, measure
 
-TASK, PRIOR = "right-free-replay-firm", "prior"
+PRIOR = "prior"
 CATEGORIES = ("box", "espresso-machine", "ketchup-bottle", "laptop", "microwave", "mixer", "notebook", "waffle-iron")
 
 
@@ -47,8 +47,8 @@ def without(category: str) -> str:
 def arms(options: argparse.Namespace) -> list[Arm]:
     """The prior, then a policy for each count."""
     unseen = variants(options.unseen)
-    trained = [Arm(of_count(count), TASK, variants(range(1, count + 1)), unseen) for count in options.counts]
-    return [Arm(PRIOR, TASK, (), unseen), *trained]
+    trained = [Arm(of_count(count), options.task, variants(range(1, count + 1)), unseen) for count in options.counts]
+    return [Arm(PRIOR, options.task, (), unseen), *trained]
 
 
 def left_out_arms(options: argparse.Namespace) -> list[Arm]:
@@ -56,7 +56,9 @@ def left_out_arms(options: argparse.Namespace) -> list[Arm]:
     seeds, found = range(1, options.left_out_count + 1), []
     for category in options.left_out:
         others = tuple(each for each in CATEGORIES if each != category)
-        found.append(Arm(without(category), TASK, variants(seeds, others), variants(options.unseen, (category,))))
+        found.append(
+            Arm(without(category), options.task, variants(seeds, others), variants(options.unseen, (category,)))
+        )
     return found
 
 
@@ -125,6 +127,7 @@ def write(text: str, path: Path) -> None:
 def main() -> None:
     """Train, measure and compare."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--task", default="right-free-replay-firm", help="what is trained, and whose scene is measured")
     parser.add_argument("--counts", nargs="+", type=int, default=[1, 2, 4, 8])
     parser.add_argument("--unseen", nargs="+", type=int, default=[1000, 1001, 1002, 1003])
     parser.add_argument("--left-out", nargs="*", choices=CATEGORIES, default=[])
@@ -138,15 +141,15 @@ def main() -> None:
     options = parser.parse_args()
     if options.left_out and options.left_out_count not in options.counts:
         parser.error(f"--left-out-count: expected one of --counts, found {options.left_out_count}")
-    protocol = Protocol(options.control_steps, options.worlds, TASK, (1.0,), "train")
+    protocol = Protocol(options.control_steps, options.worlds, options.task, (1.0,), "train")
     measured: Mapping[str, Measured] = {}
     try:
         for measured in measure(arms(options), options.seeds, protocol, options.out, options.threads):
             write(text := count_table(measured) + "\n", options.out / "variants.md")
             plot(measured, options.out / "variants.png")
         for others in measure(left_out_arms(options), options.left_out_seeds, protocol, options.out, options.threads):
-            write(text := count_table(measured) + "\n" + left_out_table(measured, others, options) + "\n",
-                  options.out / "variants.md")  # fmt: skip
+            text = count_table(measured) + "\n\n" + left_out_table(measured, others, options) + "\n"
+            write(text, options.out / "variants.md")
     except UserError as error:
         parser.exit(2, f"error: {error}\n")
     except subprocess.CalledProcessError as error:

@@ -27,6 +27,7 @@ NOT_RUN = {
     "tools.interrupt_commands": "kills processes for minutes; tests/training/test_interruptions.py kills one",
     "tools.interrupt_import": "kills processes for minutes",
     "tools.measure_ablations": "runs processes of its own, of verbs that are run here",
+    "tools.measure_variants": "runs processes of its own, of verbs that are run here",
     "tools.measure_extraction": "measures recordings of ARCTIC itself, of which there is no likeness",
     "tools.measure_viewer": "needs a browser",
     "tools.search_readers": "needs atheris, which is to be installed by hand",

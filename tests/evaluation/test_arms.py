@@ -63,7 +63,9 @@ def test_a_folder_is_of_one_comparison(tmp_path: Path) -> None:
 
 def test_variants_are_compared_with_the_prior_and_by_category(tmp_path: Path) -> None:
     """One seed of the prior is paired with all of a policy; a policy that never saw a category, with one that did."""
-    options = argparse.Namespace(counts=[1, 2], unseen=[1000], left_out=["box", "mixer"], left_out_count=2)
+    options = argparse.Namespace(
+        task="right-free-replay", counts=[1, 2], unseen=[1000], left_out=["box", "mixer"], left_out_count=2
+    )
     unseen = measure_variants.variants([1000], ("box", "mixer"))
     arms = {
         measure_variants.PRIOR: measured("prior", [[False, False, True, False]], unseen),
