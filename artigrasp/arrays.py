@@ -1,6 +1,7 @@
 """Files of named arrays (`.npz`): written whole, read strictly, never with pickles."""
 
 import os
+import sys
 import zipfile
 from collections.abc import Mapping
 from typing import Any
@@ -141,8 +142,8 @@ def check_poses(
 
 
 def _check_strings(name: str, array: NDArray[np.str_]) -> NDArray[np.str_]:
-    try:
-        array.tolist()
-    except ValueError as error:
-        raise ValueError(f"{name}: expected strings, found characters that are none: {error}") from error
+    # by their codes: NumPy makes strings of what is no character, or fails in several ways
+    codes = np.frombuffer(array.astype(array.dtype.newbyteorder("=")).tobytes(), np.uint32)
+    if (codes > sys.maxunicode).any():
+        raise ValueError(f"{name}: expected strings, found characters that are none: {codes.max():#x}")
     return array

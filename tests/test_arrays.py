@@ -47,3 +47,14 @@ def test_quaternions_are_unit() -> None:
     poses[1, 2, 6] = 0.9
     with pytest.raises(ValueError, match=r"pose\[1, 2\]: expected a unit quaternion"):
         check_poses("pose", poses, ("R", 3))
+
+
+@pytest.mark.parametrize("order", "<>")
+@pytest.mark.parametrize("width", [1, 3])
+def test_characters_are_characters(width: int, order: str) -> None:
+    """Of what is none NumPy makes strings that break later, or a ``SystemError``, by how many there are."""
+    whole = np.array(["a\U0010ffff", ""], dtype=f"{order}U{width + 1}")
+    np.testing.assert_array_equal(check_array("names", whole, (2,), np.str_), whole)
+    damaged = np.full(2 * width, 0x110000, np.uint32).astype(f"{order}u4").view(f"{order}U{width}")
+    with pytest.raises(ValueError, match="names: expected strings, found characters that are none: 0x110000"):
+        check_array("names", damaged, (2,), np.str_)
