@@ -155,6 +155,8 @@ def _read_mesh(path: Path) -> Mesh:
         mesh = Mesh(np.array(loaded.vertices, float), np.array(loaded.faces, np.int64))
         if not len(mesh.faces):
             raise ValueError("expected triangles, found none")
+        if mesh.vertices.shape[1:] != (3,):
+            raise ValueError("expected three coordinates of every vertex")
         if not (np.abs(mesh.vertices) < FARTHEST).all() or mesh.faces.min() < 0:
             raise ValueError(f"expected finite vertices nearer than {FARTHEST:g}, and faces of them")
         # Fails for fewer than four points and for those in a plane, of which no solid can be made.

@@ -415,6 +415,17 @@ def test_objects_in_other_units_are_refused(factor: float, release: Path, tmp_pa
         import_arctic(root)
 
 
+def test_a_flat_mesh_is_named(release: Path, tmp_path: Path) -> None:
+    """One whose vertices have two coordinates, the third column being lost; such a plane has a hull, too."""
+    root = shutil.copytree(release, tmp_path / "copy")
+    path = root / "rsc/arctic/box/bottom_watertight_tiny.obj"
+    words = [line.split() for line in path.read_text(encoding="utf-8").splitlines()]
+    lines = [" ".join(each[:3] if each and each[0] == "v" else each) for each in words]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with pytest.raises(UserError, match=r"bottom_watertight_tiny\.obj: .* expected three coordinates of every vertex"):
+        import_arctic(root, destination=tmp_path / "assets")
+
+
 def test_open_mesh_gets_pieces_and_a_mass(tmp_path: Path, measured: None) -> None:
     """A mesh with a hole is cut all the same; its mass is that of its pieces, and its open edges are told."""
     root = example.write_download(tmp_path / "download", objects=("box",))
