@@ -98,13 +98,18 @@ def load_run(folder: Path) -> Run:
     rows = read_csv(folder / "trials.csv", "a file of an evaluation")
     if missing := [name for name in ("experiment", "targets", "rollouts", "controller") if name not in metrics]:
         raise UserError(f"{path}: {missing[0]}: expected a value, found none: an older version wrote this evaluation")
-    if not isinstance(metrics["controller"], str):
-        raise UserError(f"{path}: controller: expected a name, found {metrics['controller']!r:.40}")
+    for name in ("experiment", "controller"):
+        if not isinstance(metrics[name], str):
+            raise UserError(f"{path}: {name}: expected a name, found {metrics[name]!r:.40}")
     if metrics["experiment"] not in EXPERIMENTS:
-        raise UserError(f"{path}: experiment: expected one of {', '.join(EXPERIMENTS)}, found {metrics['experiment']}")
-    columns = [*_REFERENCE, *metrics["targets"]]
+        known = ", ".join(EXPERIMENTS)
+        raise UserError(f"{path}: experiment: expected one of {known}, found {metrics['experiment']!r:.40}")
+    targets = metrics["targets"]
+    if not isinstance(targets, list) or not all(isinstance(each, str) for each in targets):
+        raise UserError(f"{path}: targets: expected a list of names, found {targets!r:.40}")
+    columns = [*_REFERENCE, *targets]
     if rows and (missing := [name for name in columns if name not in rows[0]]):
-        raise UserError(f"{folder / 'trials.csv'}: {missing[0]}: expected a column, found none")
+        raise UserError(f"{folder / 'trials.csv'}: {missing[0]!r:.40}: expected a column, found none")
     seen: Counter[tuple[str, ...]] = Counter()
     trials = {}
     for row in rows:

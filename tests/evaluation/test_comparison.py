@@ -79,9 +79,13 @@ def test_what_cannot_be_compared_is_refused(runs: tuple[Path, Path], tmp_path: P
     for changes, message in (
         ({"version": 2}, "version: expected at most 1"),
         ({"controller": None}, "controller: expected a name, found None"),
+        ({"experiment": []}, r"experiment: expected a name, found \[\]"),
+        ({"experiment": "\n"}, r"experiment: expected one of .*, found '.n'"),
+        ({"targets": None}, "targets: expected a list of names, found None"),
+        ({"targets": [[]]}, r"targets: expected a list of names, found \[\[\]\]"),
         ({"format": "other"}, "format: expected 'artigrasp.metrics'"),
         ({"experiment": "juggling"}, "experiment: expected one of articulation"),
-        ({"targets": ["weight"]}, r"trials.csv: weight: expected a column"),
+        ({"targets": ["weight"]}, r"trials.csv: 'weight': expected a column"),
     ):
         (runs[0] / "metrics.json").write_text(json.dumps(metrics | changes))
         with pytest.raises(UserError, match=message):
