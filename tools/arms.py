@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from artigrasp.errors import UserError
 from artigrasp.evaluation.comparison import Run, load_run
 from artigrasp.evaluation.statistics import Estimate, estimate_mean, estimate_rate
-from artigrasp.files import atomic_write, read_json
+from artigrasp.files import atomic_write, read_json, write_json
 from artigrasp.tasks import get_task
 from artigrasp.training.run_folder import read_run_description
 from artigrasp.training.runner import CHECKPOINT, POLICY
@@ -50,9 +50,7 @@ class Protocol:
                 if found.get(name) != value:
                     raise UserError(f"{path}: {name}: expected {value}, found {found.get(name)}: choose another --out")
             return
-        with atomic_write(path) as temporary:
-            content = {"format": FORMAT, "version": VERSION, **asked}
-            temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+        write_json(path, {"format": FORMAT, "version": VERSION, **asked})
 
 
 @dataclass(frozen=True)
