@@ -2,6 +2,7 @@
 
 import os
 import sys
+import warnings
 import zipfile
 from collections.abc import Mapping
 from typing import Any
@@ -68,7 +69,9 @@ def load_plain_arrays(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
             size = sum(member.file_size for member in packed.infolist())
         if size > MAX_BYTES:
             raise ValueError(f"expected at most {MAX_BYTES} bytes, found {size}")
-        with np.load(path, allow_pickle=False) as archive:
+        with np.load(path, allow_pickle=False) as archive, warnings.catch_warnings():
+            # that a header might come from Python 2: it is read all the same
+            warnings.simplefilter("ignore", UserWarning)
             return {str(name): np.asarray(archive[name]) for name in archive.files}
     except FileNotFoundError:
         raise UserError(f"{path}: no such file") from None

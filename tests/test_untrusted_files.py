@@ -96,9 +96,10 @@ def test_usd_reaches_no_file_outside_its_folder(field: str, absolute: bool, case
         arcs = prim.referenceList if field == "reference" else prim.payloadList
         arcs.Prepend((Sdf.Reference if field == "reference" else Sdf.Payload)(target, "/World"))
     layer.Save()
-    for read in (read_usd_object, read_object):
-        with pytest.raises(UserError, match="link" if field == "link" else OUTSIDE):
-            read(case / "case.usda")
+    with pytest.raises(UserError, match="link" if field == "link" else OUTSIDE):
+        read_usd_object(case / "case.usda")
+    with pytest.raises(UserError, match="expected a file that is complete, found a reference to"):
+        read_object(case / "case.usda")
     if field == "sublayer":
         assert len(read_usd_object(case / "case.usda", tmp_path).parts) == 2, "where it is asked for"
 
@@ -114,6 +115,36 @@ def test_usd_may_be_composed_of_its_neighbours(case: Path) -> None:
     layer.Save()
     with pytest.raises(UserError, match="expected references by name, found the expression"):
         read_usd_object(case / "case.usda")
+
+
+@pytest.mark.parametrize("inside", [False, True])
+@pytest.mark.parametrize("variant", [False, True])
+def test_usd_reaches_no_file_by_value_clips(inside: bool, variant: bool, case: Path) -> None:
+    """They are none of the references of a layer, and are opened where a value is asked for."""
+    layer = Sdf.Layer.CreateNew(str(case / "case.usda"))
+    prim = Sdf.PrimSpec(layer, "World", Sdf.SpecifierDef)
+    if variant:
+        chosen = Sdf.VariantSpec(Sdf.VariantSetSpec(prim, "look"), "red")
+        prim.variantSelections["look"] = "red"
+        prim.variantSetNameList.Prepend("look")
+        prim = chosen.primSpec
+    clip = Sdf.AssetPath("../secret.usda")
+    prim.SetInfo("clips", {"default": {"assetPaths": Sdf.AssetPathArray([clip]), "primPath": "/World"}})
+    if inside:
+        layer.Export(str(case / "inner.usda"))
+        layer.Clear()
+        layer.subLayerPaths.append("./inner.usda")
+    layer.Save()
+    with pytest.raises(UserError, match="expected values in the file itself, found value clips at /World"):
+        read_usd_object(case / "case.usda")
+
+
+def test_assets_of_our_own_are_text(case: Path) -> None:
+    """USD's reader of binary files, which damaged ones may end or keep for ever, does not see them."""
+    foreign_usd(case / "case.usdc", "Z", 1.0)
+    (case / "case.usdc").rename(case / "case.usda")
+    with pytest.raises(UserError, match="expected text that begins with #usda"):
+        read_object(case / "case.usda")
 
 
 @pytest.mark.parametrize("name", ["../secret.obj", "{folder}/secret.obj", "package:///{inside}", "link.obj"])

@@ -86,8 +86,8 @@ def check_asset(path: Path) -> AssetReport:
     Raises:
         UserError: the file is missing, is neither, or lacks a part of one.
     """
-    if path.suffix.lower() == ".urdf":
-        raise UserError(f"{path}: expected USD, found URDF; {_IMPORT}")
+    if path.suffix != ".usda":
+        raise UserError(f"{path}: expected a file that ends in .usda; {_IMPORT}")
     format = str(open_stage(path).GetRootLayer().customLayerData.get("format"))
     findings = _Findings()
     if format == hand_usd.FORMAT:

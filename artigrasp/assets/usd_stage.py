@@ -14,6 +14,7 @@ from artigrasp.errors import UserError
 from artigrasp.files import atomic_write, check_format, check_inside
 
 Array = NDArray[np.float64]
+_TEXT = b"#usda"
 
 
 def new_stage(root: str, format: str, version: int) -> Usd.Stage:
@@ -148,14 +149,19 @@ def open_stage(path: Path, root: Path | None = None) -> Usd.Stage:
 
     Args:
         path: The file.
-        root: Folder that holds everything that it may be composed of, by default its own.
+        root: Folder that holds everything that it may be composed of. Without one it must be text and complete, as the
+            files of our own formats are: so a damaged or hostile one reaches neither USD's reader of binary files,
+            which is not made for them, nor other files.
 
     Raises:
-        UserError: there is no such file, it is not USD, or it refers to others outside the folder.
+        UserError: there is no such file, it is not USD, it refers to others that it may not, or has value clips.
     """
-    root = path.parent if root is None else root
     if not path.is_file():
         raise UserError(f"{path}: expected a USD file, found {'a folder' if path.is_dir() else 'nothing'}")
+    if root is None:
+        with path.open("rb") as file:
+            if file.read(len(_TEXT)) != _TEXT:
+                raise UserError(f"{path}: cannot read this as USD: expected text that begins with {_TEXT.decode()}")
     try:
         with _quiet():
             layer = Sdf.Layer.FindOrOpen(str(path))
@@ -169,7 +175,7 @@ def open_stage(path: Path, root: Path | None = None) -> Usd.Stage:
     if stage is None:
         raise UserError(f"{path}: cannot read this as USD")
     for layer in stage.GetUsedLayers():
-        if not layer.anonymous:
+        if not layer.anonymous and layer != stage.GetRootLayer():
             _check_file(layer.identifier, path, root)
     return stage
 
@@ -183,11 +189,12 @@ def _reason(error: Exception) -> str:
     return " ".join(" ".join(words).split()) or "not USD"
 
 
-def _check_references(layer: Sdf.Layer, path: Path, root: Path) -> None:
+def _check_references(layer: Sdf.Layer, path: Path, root: Path | None) -> None:
     """Refuse references of a layer and of those that it refers to, before a stage follows them."""
     waiting, seen = [layer], {layer.identifier}
     while waiting:
         layer = waiting.pop()
+        _check_clips(layer, path)
         for reference in layer.GetCompositionAssetDependencies():
             if reference.startswith("`"):
                 raise UserError(f"{path}: expected references by name, found the expression {reference}")
@@ -198,8 +205,21 @@ def _check_references(layer: Sdf.Layer, path: Path, root: Path) -> None:
             seen.add(identifier)
 
 
-def _check_file(identifier: str, path: Path, root: Path) -> None:
+def _check_clips(layer: Sdf.Layer, path: Path) -> None:
+    """Refuse value clips: files that a stage opens where a value is asked for, which are none of the references."""
+
+    def check(at: Sdf.Path) -> None:
+        is_prim = at.IsPrimPath() or at.IsPrimVariantSelectionPath()
+        if is_prim and layer.GetPrimAtPath(at).HasInfo("clips"):
+            raise UserError(f"{path}: expected values in the file itself, found value clips at {at}")
+
+    layer.Traverse(Sdf.Path.absoluteRootPath, check)
+
+
+def _check_file(identifier: str, path: Path, root: Path | None) -> None:
     """Refuse a layer outside the folder; one in a package lies where the package does."""
+    if root is None:
+        raise UserError(f"{path}: expected a file that is complete, found a reference to {identifier}")
     file = Sdf.Layer.SplitIdentifier(identifier)[0]
     while Ar.IsPackageRelativePath(file):
         file = Ar.SplitPackageRelativePathOuter(file)[0]

@@ -63,7 +63,7 @@ def test_made_object_is_told_as_json(user: Path, capsys: pytest.CaptureFixture[s
         (["import-object", "a.urdf", "--density", "0"], "density: expected 1 to 20000"),
         (["render", "objects"], "expected the names of one or more objects"),
         (["render", "objects", "open-laptop", "--openings", "2"], "openings: expected numbers from 0 to 1"),
-        (["check-asset", "a.urdf"], "a.urdf: expected USD, found URDF; artigrasp import-object makes"),
+        (["check-asset", "a.urdf"], "a.urdf: expected a file that ends in .usda; artigrasp import-object makes"),
     ],
 )
 def test_mistakes_are_told_in_one_line(
