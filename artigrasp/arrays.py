@@ -1,4 +1,4 @@
-"""Files of named arrays (`.npz`): written whole, read strictly, never with pickles."""
+"""Arrays: what they are checked for, and files of named ones (`.npz`), written whole, read strictly, never pickles."""
 
 import os
 import sys
@@ -12,6 +12,9 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from artigrasp.errors import UserError
 from artigrasp.files import atomic_write, check_format
+
+Array = NDArray[np.float64]
+"""What the project calculates with on the host; arrays of another type name it: ``NDArray[np.float32]``."""
 
 QUATERNION_TOLERANCE = 1e-3
 """Largest difference from 1 of the norm of a quaternion that counts as a rotation."""

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.errors import UserError
 from artigrasp.evaluation.comparison import Run, load_run
 from artigrasp.evaluation.statistics import Estimate, estimate_mean, estimate_rate
@@ -79,18 +80,18 @@ class Measured:
     """Of each trial, shape [trial]."""
     reference: NDArray[np.str_]
     """What names the reference of each trial, shape [trial]."""
-    success: NDArray[np.float64]
+    success: Array
     """By the paper's criterion, shape [seed, trial]."""
-    angle_error: NDArray[np.float64]
+    angle_error: Array
     """At the end [rad], shape [seed, trial]."""
-    displacement: NDArray[np.float64]
+    displacement: Array
     """Of the base, mean over the episode [m], shape [seed, trial]."""
 
     def rate(self) -> Estimate:
         """Success over all seeds and trials."""
         return estimate_rate(self.success.flatten(), self._groups())
 
-    def mean(self, values: NDArray[np.float64]) -> Estimate:
+    def mean(self, values: Array) -> Estimate:
         """A number of every trial, shape [seed, trial], over all of them."""
         return estimate_mean(values.flatten(), self._groups())
 

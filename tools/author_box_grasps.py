@@ -17,12 +17,13 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import load_hand
 from artigrasp.assets.object import load_object
 from artigrasp.kernels.layout import ARTICULATED, BASE, HANDS, TIP_FINGERS, TIP_LINKS
 from artigrasp.references.reference import ReferenceSet, join_references, read_references, save_references
 from tools.author_box_references import CONTACT_DISTANCE, DEEPEST, HAND, OBJECT, ROW, relaxed_motions
-from tools.hand_fitting import TABLE_CLEARANCE, Array, HandFitter, Intent, Pose
+from tools.hand_fitting import TABLE_CLEARANCE, HandFitter, Intent, Pose
 
 CANDIDATE_COUNT, KEPT, TEST_EVERY = 24, 12, 3
 """Candidates, grasps that are kept, and which of them are for testing: every third."""

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import load_hand
 from artigrasp.assets.object import load_object
 from artigrasp.controllers.rollout import run_episode
@@ -28,7 +29,7 @@ from artigrasp.environment.worlds import trial_worlds
 from artigrasp.kernels.layout import ARTICULATED, BASE, HANDS, LINK_COUNT, TIP_FINGERS, TIP_LINKS
 from artigrasp.references.reference import ReferenceSet, save_references
 from artigrasp.tasks import get_task
-from tools.hand_fitting import FINGERS, LAST_JOINT_SHARE, MOTIONS, TABLE_CLEARANCE, Array, HandFitter, Intent, Pose
+from tools.hand_fitting import FINGERS, LAST_JOINT_SHARE, MOTIONS, TABLE_CLEARANCE, HandFitter, Intent, Pose
 
 OBJECT, HAND = "lidded-box", "open"
 CANDIDATE_COUNT, KEPT_PER_KIND, TEST_EVERY = 80, 9, 3

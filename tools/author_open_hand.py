@@ -16,14 +16,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import Box, Capsule, Collider, HandModel, mirror, write_hand
 from artigrasp.assets.skin_drawing import draw_skin
 from artigrasp.kernels.layout import DOF_COUNT, FINGERS, LINK_COUNT, TIP_FINGERS
-
-Array = NDArray[np.float64]
 
 BONES = {
     "index": (0.0680, 0.0400, 0.0225, 0.0160),

@@ -13,10 +13,11 @@ import numpy as np
 import trimesh
 import warp as wp
 
+from artigrasp.arrays import Array
 from artigrasp.assets.holes import open_edges
 from artigrasp.assets.library import list_assets
 from artigrasp.assets.object import load_object
-from artigrasp.assets.object_model import Array, Mesh
+from artigrasp.assets.object_model import Mesh
 from artigrasp.kernels.layout import PARTS
 
 POINT_COUNT, SPREAD = 4000, 0.008

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import load_hand
 from artigrasp.assets.object import load_object
 from artigrasp.cli.output import show
@@ -46,7 +47,7 @@ def of_grip(references: ReferenceSet, grip: Grip, most: int) -> tuple[ReferenceS
     return references.select(indices=rows[spread]), len(rows)
 
 
-def depths_and_contacts(references: ReferenceSet) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def depths_and_contacts(references: ReferenceSet) -> tuple[Array, NDArray[np.int64]]:
     """How deep the deepest point of the hands is in the object [m], and how many of their links touch it, shape [R]."""
     hands = (load_hand(references.hand, HANDS[0]), load_hand(references.hand, HANDS[1]))
     posed = pose_references(references, load_object(references.object), hands, "cpu")

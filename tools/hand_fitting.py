@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import Box, HandModel
 from artigrasp.assets.hand_table import hand_table
 from artigrasp.kernels import kinematics, states
 from artigrasp.kernels.layout import DOF_COUNT, DOFS, LINK_COUNT, TIP_LINKS, WRIST_DOF_COUNT
-
-Array = NDArray[np.float64]
 
 FINGERS = ("index", "middle", "ring", "pinky")
 LAST_JOINT_SHARE = 0.6

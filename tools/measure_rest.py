@@ -12,8 +12,8 @@ import argparse
 import mujoco
 import numpy as np
 import warp as wp
-from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import load_hand
 from artigrasp.assets.library import list_assets
 from artigrasp.assets.object import load_object
@@ -28,7 +28,7 @@ SETTLE_STEPS, REST_STEPS = 50, 500
 """Control steps of 10 ms."""
 
 
-def drift(names: list[str], stage: StageConfig | None, single_contacts: bool = False) -> NDArray[np.float64]:
+def drift(names: list[str], stage: StageConfig | None, single_contacts: bool = False) -> Array:
     """Largest distance of each object from where it had settled [m]."""
     hand = load_hand("open", "right")
     scenes = [Scene((hand,), (load_object(name),), False, PhysicsConfig(), stage) for name in names]

@@ -9,8 +9,8 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import load_hand
 from artigrasp.cli.warp_start import start_warp
 from artigrasp.export.camera import look_at
@@ -37,7 +37,7 @@ SIZE = 240
 """Width and height of each picture [px]."""
 
 
-def shown_angles() -> list[NDArray[np.float64]]:
+def shown_angles() -> list[Array]:
     """Finger angles of right hands that spread, rest and make a fist [rad], shape [45]."""
     spread, fist = np.zeros((2, len(FINGERS), 3, 3))
     for finger, turn in SPREAD.items():

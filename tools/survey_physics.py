@@ -19,8 +19,8 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.assets.library import list_assets
 from artigrasp.benchmark.steadiness import (
     CARRYING_GAINS,
@@ -63,7 +63,7 @@ HEADERS = {
 }
 
 
-def quantiles(values: NDArray[np.float64], scale: float = 1000.0) -> str:
+def quantiles(values: Array, scale: float = 1000.0) -> str:
     """Median, nine tenths and most."""
     if len(values) == 0:
         return "-"

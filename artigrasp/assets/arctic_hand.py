@@ -6,17 +6,14 @@ Poses in ARCTIC leave MANO's mean pose out. It is kept beside the hands, for wha
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from artigrasp.arrays import check_array, load_arrays, save_arrays
+from artigrasp.arrays import Array, check_array, load_arrays, save_arrays
 from artigrasp.assets.arctic import HAND_NAME, ArcticSource, hand_files
 from artigrasp.assets.hand_model import HandModel
 from artigrasp.assets.mano_hand import mano_file, read_mano
 from artigrasp.assets.urdf_hand import read_urdf_hand
 from artigrasp.errors import UserError
 from artigrasp.kernels.layout import FINGER_DOF_COUNT, HANDS
-
-Array = NDArray[np.float64]
 
 MEAN_POSE_FORMAT, MEAN_POSE_VERSION = "artigrasp.mean-pose", 1
 

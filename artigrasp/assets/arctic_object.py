@@ -11,18 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, cKDTree
 
-from artigrasp.arrays import check_array
+from artigrasp.arrays import Array, check_array
 from artigrasp.assets.arctic import PART_NAMES, ArcticSource, object_files
 from artigrasp.assets.mass import Body, body_of_mesh
 from artigrasp.assets.object_model import Mesh, ObjectModel, PartModel
 from artigrasp.assets.urdf import Urdf, read_urdf
 from artigrasp.errors import UserError
 from artigrasp.kernels.layout import ARTICULATED, PARTS
-
-Array = NDArray[np.float64]
 
 COLOURS = ((0.36, 0.45, 0.55), (0.90, 0.52, 0.24))
 SIZE = (0.02, 2.0)

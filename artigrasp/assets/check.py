@@ -6,8 +6,8 @@ from typing import Literal
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.assets import hand_usd, object_usd
 from artigrasp.assets.decomposition import SETTINGS, VERTICES_OF_FEW
 from artigrasp.assets.fidelity import volume_ratio
@@ -17,8 +17,6 @@ from artigrasp.assets.object import Mesh, ObjectModel, PartModel, read_object
 from artigrasp.assets.usd_stage import open_stage
 from artigrasp.errors import UserError
 from artigrasp.kernels.layout import DOFS, FINGERS, LINKS, PARTS, WRIST_DOF_COUNT
-
-Array = NDArray[np.float64]
 
 MAX_PIECES = int(SETTINGS["max_convex_hull"])
 MAX_PIECE_VERTICES = VERTICES_OF_FEW

@@ -8,10 +8,9 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from artigrasp.arrays import Array
 from artigrasp.assets.holes import close_holes, open_edges
 from artigrasp.assets.object_model import Mesh
-
-Array = NDArray[np.float64]
 
 GRID_CELLS = 250_000
 """Cells of the grid on which a volume is measured, to about 1 %."""

@@ -9,12 +9,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand_skin import HandSkin, mirror_skin
 from artigrasp.kernels.layout import LINK_COUNT, LINK_PARENTS
-
-Array = NDArray[np.float64]
 
 MIRROR_POSITION = np.array([-1.0, 1.0, 1.0])
 """Factors that mirror a vector across x = 0."""

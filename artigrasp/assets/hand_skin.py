@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-Array = NDArray[np.float64]
+from artigrasp.arrays import Array
 
 SKIN_COLOUR = (0.74, 0.40, 0.27)
 """Linear RGB of a hand where one colour has to do."""

@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import Capsule, Collider, HandModel
 from artigrasp.kernels.layout import LINK_COUNT
-
-Array = NDArray[np.float64]
 
 SAG = 5e-4
 """How far the union of balls may lie below the surface that it stands for [m]."""

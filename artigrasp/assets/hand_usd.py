@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
 
-from artigrasp.assets.hand_model import Array, Box, Capsule, Collider, HandModel
+from artigrasp.arrays import Array
+from artigrasp.assets.hand_model import Box, Capsule, Collider, HandModel
 from artigrasp.assets.hand_skin import SKIN_COLOUR
 from artigrasp.assets.skin_usd import define_skin, read_skin
 from artigrasp.assets.usd_stage import StageReader, new_stage, save_stage, set_attribute, set_mass, set_pose, vector

@@ -10,13 +10,12 @@ import trimesh
 from scipy.spatial import QhullError
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.assets.check import MAX_PIECE_VERTICES
 from artigrasp.assets.decomposition import convex_pieces
 from artigrasp.assets.mass import Body, body_of_mesh
-from artigrasp.assets.object_model import Array, Mesh, ObjectModel, PartModel
+from artigrasp.assets.object_model import Colour, Mesh, ObjectModel, PartModel
 from artigrasp.errors import UserError
-
-Colour = tuple[float, float, float]
 
 COLOURS: tuple[Colour, Colour] = ((0.36, 0.45, 0.55), (0.90, 0.52, 0.24))
 """Linear RGB of base and articulated part where a file gives none."""

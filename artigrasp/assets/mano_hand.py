@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 from scipy.spatial.transform import Rotation
 
-from artigrasp.arrays import check_array
+from artigrasp.arrays import Array, check_array
 from artigrasp.assets.hand import load_hand
 from artigrasp.assets.hand_model import MIRROR_ROTATION, Box, Capsule, Collider, HandModel, mirror
 from artigrasp.assets.mass import Body, body_of_mesh
@@ -23,8 +23,6 @@ from artigrasp.assets.object_model import Mesh
 from artigrasp.errors import UserError
 from artigrasp.kernels.layout import FINGER_DOF_COUNT, LINK_COUNT, LINK_PARENTS, LINKS, TIP_LINKS
 from artigrasp.restricted_pickle import read_pickle
-
-Array = NDArray[np.float64]
 
 CLASSES = ("chumpy.*", "scipy.sparse.*")
 """What MANO's files are made of besides arrays."""

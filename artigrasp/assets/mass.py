@@ -5,13 +5,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.assets.fidelity import union_volume
 from artigrasp.assets.holes import close_holes
 from artigrasp.assets.object_model import Mesh
-
-Array = NDArray[np.float64]
 
 
 class Body(NamedTuple):

@@ -7,8 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-Array = NDArray[np.float64]
+from artigrasp.arrays import Array
+
 Indices = NDArray[np.int64]
+Colour = tuple[float, float, float]
+"""Linear RGB, each 0 to 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +50,7 @@ class PartModel:
     colours: Array
 
     @property
-    def colour(self) -> tuple[float, float, float]:
+    def colour(self) -> Colour:
         """Linear RGB of most of the surface, for where one colour has to do."""
         corners = self.vertices[self.faces]
         areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)

@@ -8,10 +8,10 @@ free.
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
 
-from artigrasp.assets.object_model import Array, Indices, Mesh, ObjectModel, PartModel
+from artigrasp.arrays import Array
+from artigrasp.assets.object_model import Indices, Mesh, ObjectModel, PartModel
 from artigrasp.assets.usd_stage import StageReader, new_stage, save_stage, set_attribute, set_mass, vector
 from artigrasp.kernels.layout import PARTS
 
@@ -145,7 +145,7 @@ def _read_mesh(reader: StageReader, prim: Usd.Prim) -> Mesh:
     counts = reader.array(prim, "faceVertexCounts", (-1,))
     if (counts != 3).any():
         raise reader.error(f"{prim.GetPath()}.faceVertexCounts", "expected triangles only")
-    indices: NDArray[np.float64] = reader.array(prim, "faceVertexIndices", (3 * len(counts),))
+    indices: Array = reader.array(prim, "faceVertexIndices", (3 * len(counts),))
     faces: Indices = indices.astype(np.int64).reshape(-1, 3)
     if faces.size and not 0 <= faces.min() <= faces.max() < len(vertices):
         raise reader.error(f"{prim.GetPath()}.faceVertexIndices", f"expected indices below {len(vertices)}")

@@ -12,13 +12,12 @@ from scipy.ndimage import zoom
 from scipy.sparse import coo_array, csr_array, eye_array
 from scipy.sparse.linalg import factorized
 
-from artigrasp.assets.hand_model import Array, HandModel, mirror
+from artigrasp.arrays import Array
+from artigrasp.assets.hand_model import HandModel, mirror
 from artigrasp.assets.hand_skin import SKIN_COLOUR, HandSkin, mirror_skin
 from artigrasp.assets.skin_form import LONG_FINGERS, PALMAR, HandForm, hand_form, inner_side
 from artigrasp.assets.skin_usd import INFLUENCES, WEIGHT_DIGITS
 from artigrasp.kernels.layout import FINGERS, LINK_COUNT
-
-Indices = NDArray[np.int32]
 
 CELL, STRIDE = 0.0015, 4
 """Edge length of the cells in which the surface is sought [m], and how many times that where it is not."""
@@ -53,7 +52,7 @@ def draw_skin(hand: HandModel) -> HandSkin:
     return HandSkin(vertices, faces, _weights(form, vertices, faces), _colours(form, vertices), form.joints)
 
 
-def _mesh(form: HandForm) -> tuple[Array, Indices]:
+def _mesh(form: HandForm) -> tuple[Array, NDArray[np.int32]]:
     """A closed mesh of the flesh's surface, whose triangles are about even."""
     vertices, faces = _simplified(_fine_mesh(form))
     mean = _neighbour_mean(faces, len(vertices))
@@ -65,7 +64,7 @@ def _mesh(form: HandForm) -> tuple[Array, Indices]:
     return vertices, faces
 
 
-def _simplified(fine: trimesh.Trimesh) -> tuple[Array, Indices]:
+def _simplified(fine: trimesh.Trimesh) -> tuple[Array, NDArray[np.int32]]:
     """About the same closed surface, with about ``VERTEX_COUNT`` vertices unless that fails."""
     for aggressiveness in AGGRESSIVENESS:
         # A closed surface has about twice as many faces as vertices. In metres the tool would see degenerate ones only.
@@ -122,7 +121,7 @@ def _gradient(form: HandForm, points: Array) -> Array:
     return np.asarray(slope / np.linalg.norm(slope, axis=1, keepdims=True))
 
 
-def _weights(form: HandForm, vertices: Array, faces: Indices) -> Array:
+def _weights(form: HandForm, vertices: Array, faces: NDArray[np.int32]) -> Array:
     """How much of each link's motion a vertex takes part in, shape (V, 16)."""
     weights = np.zeros((len(vertices), LINK_COUNT))
     distances = np.stack([form.fingers[finger].distance(vertices) for finger in LONG_FINGERS], axis=1)
@@ -220,7 +219,7 @@ def _step(value: Array) -> Array:
     return np.asarray(share**2 * (3 - 2 * share))
 
 
-def _spread(weights: Array, vertices: Array, faces: Indices, distance: float) -> Array:
+def _spread(weights: Array, vertices: Array, faces: NDArray[np.int32], distance: float) -> Array:
     """Weights after they have flowed along the surface for a while, which takes kinks out of them."""
     mean = _neighbour_mean(faces, len(vertices))
     edge = float(np.mean(np.linalg.norm(vertices[faces] - vertices[np.roll(faces, 1, axis=1)], axis=2)))
@@ -229,7 +228,7 @@ def _spread(weights: Array, vertices: Array, faces: Indices, distance: float) ->
     return np.stack([solve(column) for column in weights.T], axis=1)
 
 
-def _neighbour_mean(faces: Indices, count: int) -> csr_array:
+def _neighbour_mean(faces: NDArray[np.int32], count: int) -> csr_array:
     """The matrix that takes the mean over the neighbours of each vertex."""
     start, end = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).T
     # On a closed surface each edge is there once in each direction.

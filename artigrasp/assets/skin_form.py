@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from artigrasp.assets.hand_model import Array, Box, Capsule, HandModel
+from artigrasp.arrays import Array
+from artigrasp.assets.hand_model import Box, Capsule, HandModel
 from artigrasp.kernels.layout import FINGERS, TIP_FINGERS
 
 LONG_FINGERS = ("index", "middle", "ring", "pinky")
@@ -203,7 +204,7 @@ def _limb(*balls: tuple[Array, float]) -> Limb:
 
 
 def _between(start: ArrayLike, end: ArrayLike, share: float) -> Array:
-    point: NDArray[np.float64] = (1 - share) * np.asarray(start, float) + share * np.asarray(end, float)
+    point: Array = (1 - share) * np.asarray(start, float) + share * np.asarray(end, float)
     return point
 
 

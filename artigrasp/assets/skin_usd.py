@@ -7,7 +7,8 @@
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
-from artigrasp.assets.hand_skin import Array, HandSkin
+from artigrasp.arrays import Array
+from artigrasp.assets.hand_skin import HandSkin
 from artigrasp.assets.usd_stage import StageReader
 from artigrasp.kernels.layout import LINK_COUNT, LINK_PARENTS, LINKS
 

@@ -9,13 +9,10 @@ from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.errors import UserError
-
-Array = NDArray[np.float64]
-
 
 LARGEST = 1e6
 """Numbers from this on are no sizes, masses, angles or forces."""

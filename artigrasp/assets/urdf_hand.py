@@ -8,9 +8,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
-from artigrasp.assets.hand_model import Array, Box, Capsule, Collider, HandModel
+from artigrasp.arrays import Array
+from artigrasp.assets.hand_model import Box, Capsule, Collider, HandModel
 from artigrasp.assets.urdf import Urdf, read_urdf
 from artigrasp.kernels.layout import DOF_COUNT, LINKS, TIP_FINGERS, WRIST_DOF_COUNT
 
@@ -69,7 +69,7 @@ def read_urdf_hand(urdf_path: Path, name: str, side: str, path: Path) -> HandMod
 
 
 def _tip_offset(urdf: Urdf, side: str, finger: str) -> Array:
-    offset: NDArray[np.float64] = urdf.origin(urdf.joint(f"{side}_{finger}_tip"))[0]
+    offset: Array = urdf.origin(urdf.joint(f"{side}_{finger}_tip"))[0]
     return offset
 
 

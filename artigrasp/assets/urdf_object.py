@@ -8,8 +8,8 @@ import numpy as np
 import trimesh
 from scipy.spatial.transform import RigidTransform
 
+from artigrasp.arrays import Array
 from artigrasp.assets.imported_object import (
-    Colour,
     ImportedObject,
     ImportedPart,
     closed_angle,
@@ -19,7 +19,7 @@ from artigrasp.assets.imported_object import (
     revolute_pose,
 )
 from artigrasp.assets.mass import Body, join_bodies
-from artigrasp.assets.object_model import Array, Mesh
+from artigrasp.assets.object_model import Colour, Mesh
 from artigrasp.assets.urdf import Urdf, read_urdf
 from artigrasp.files import check_inside
 

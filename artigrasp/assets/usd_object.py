@@ -6,16 +6,16 @@ import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdPhysics, Vt
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.assets.foreign_stage import foreign_stage
 from artigrasp.assets.imported_object import (
-    Colour,
     ImportedObject,
     ImportedPart,
     closed_angle,
     moved,
     revolute_pose,
 )
-from artigrasp.assets.object_model import Array, Mesh
+from artigrasp.assets.object_model import Colour, Mesh
 from artigrasp.errors import UserError
 
 _UPRIGHT = {UsdGeom.Tokens.z: Rotation.identity(), UsdGeom.Tokens.y: Rotation.from_euler("x", 90, degrees=True)}

@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pxr import Ar, Gf, Sdf, Tf, Usd, UsdGeom, UsdPhysics, UsdUtils
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.errors import UserError
 from artigrasp.files import atomic_write, check_format, check_inside
 
-Array = NDArray[np.float64]
 _TEXT = b"#usda"
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.benchmark.bare_physics import cpu_simulation
 from artigrasp.config import SimulatorConfig, TaskConfig
 from artigrasp.controllers.controller import pd_ik_controller
@@ -130,7 +131,7 @@ def _arrays(environment: Environment) -> list[wp.array]:
     return [environment.target, environment.simulation.joint_torque, *arrays]
 
 
-def _packed(environment: Environment) -> list[NDArray[np.float64]]:
+def _packed(environment: Environment) -> list[Array]:
     """MuJoCo's own vectors, the torques first."""
     packed = cpu_simulation(environment).packed
     return [packed.control, packed.state, packed.warmstart]

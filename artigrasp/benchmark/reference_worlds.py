@@ -9,6 +9,7 @@ import warp as wp
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.config import PDGains, PhysicsConfig, SimulatorConfig, TaskConfig
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.worlds import trial_worlds
@@ -17,8 +18,6 @@ from artigrasp.kernels.synergies import finger_synergy_basis
 from artigrasp.references.reference import ReferenceSet
 from artigrasp.simulation.cpu import CpuSimulation
 from artigrasp.simulation.world_block import CONTROL
-
-Array = NDArray[np.float64]
 
 CONTROL_RATE = 100
 """Control steps per second."""

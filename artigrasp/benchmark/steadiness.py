@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from artigrasp.benchmark.reference_worlds import CONTROL_RATE, RELEASE_STEP, Array, ReferenceWorlds
+from artigrasp.arrays import Array
+from artigrasp.benchmark.reference_worlds import CONTROL_RATE, RELEASE_STEP, ReferenceWorlds
 from artigrasp.config import PDGain, PDGains, PhysicsConfig
 from artigrasp.kernels.layout import HANDS
 from artigrasp.references.reference import ReferenceSet

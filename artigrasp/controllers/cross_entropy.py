@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.config.checks import require_not_negative, require_positive
 
 
@@ -53,8 +54,8 @@ class CrossEntropy:
         """
         self.settings = settings
         self._generators = [np.random.default_rng(each) for each in seeds]
-        self.candidates: NDArray[np.float64] = np.zeros((len(seeds), 0, size))
-        self.scores: NDArray[np.float64] = np.zeros((len(seeds), 0))
+        self.candidates: Array = np.zeros((len(seeds), 0, size))
+        self.scores: Array = np.zeros((len(seeds), 0))
         self._mean = np.zeros((len(seeds), size))
         self._std = np.full((len(seeds), size), settings.initial_std)
 
@@ -63,16 +64,16 @@ class CrossEntropy:
         """Candidates that may still be proposed for every problem."""
         return self.settings.rollouts - int(self.candidates.shape[1])
 
-    def propose(self) -> NDArray[np.float64]:
+    def propose(self) -> Array:
         """Draw the next candidates, shape [problem, candidate, number]: zero first and by itself, then populations."""
         if not self.candidates.shape[1]:
             return np.zeros((len(self._mean), 1, self._mean.shape[1]))
         count = min(self.settings.population, self.rollouts_left)
         noise = np.stack([each.standard_normal((count, self._mean.shape[1])) for each in self._generators])
-        proposed: NDArray[np.float64] = self._mean[:, None] + self._std[:, None] * noise
+        proposed: Array = self._mean[:, None] + self._std[:, None] * noise
         return proposed
 
-    def learn(self, candidates: NDArray[np.float64], scores: NDArray[np.float64]) -> None:
+    def learn(self, candidates: Array, scores: Array) -> None:
         """Take in the scores of proposed candidates, shape [problem, candidate], and fit the distribution anew.
 
         Problems that are given up have scores of minus infinity.

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.config import PhaseConfig, SynergyConfig, TaskConfig
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.cross_entropy import CrossEntropy, CrossEntropySettings
@@ -31,15 +32,15 @@ class Objective:
     enough: Ranges = field(default_factory=dict)
     """Where these must lie besides for the search to be content and stop."""
 
-    def success(self, summary: Mapping[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
+    def success(self, summary: Mapping[str, Array]) -> NDArray[np.bool_]:
         """Which worlds succeed; none whose physics failed."""
         return np.asarray(_all_within(self.within, summary) & (summary["failed"] == 0))
 
-    def content(self, summary: Mapping[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
+    def content(self, summary: Mapping[str, Array]) -> NDArray[np.bool_]:
         """Which worlds succeed so well that nothing better need be sought."""
         return np.asarray(self.success(summary) & _all_within(self.enough, summary))
 
-    def score(self, summary: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:
+    def score(self, summary: Mapping[str, Array]) -> Array:
         """How good the outcome of every world is; higher is better."""
         counted = np.sum([weight * summary[name] for name, weight in self.weights.items()], axis=0)
         return np.asarray(self.success(summary) + counted - FAILURE_COST * summary["failed"])
@@ -69,7 +70,7 @@ class FoundOffsets:
     success: NDArray[np.bool_]
     """Whether the best of the first rollouts succeeds, [trial, rollout]; the first is the controller itself. While an
     earlier decision is searched it is false, and after the last rollout it stays as it is."""
-    error: NDArray[np.float64]
+    error: Array
     """Its error by the objective, [trial, rollout]; while an earlier decision is searched, that of the first whole
     episode."""
 
@@ -199,7 +200,7 @@ class SearchController:
         budget: int,
         offsets: NDArray[np.float32],
         on_rollout: Callable[[float], None],
-    ) -> tuple[NDArray[np.bool_], NDArray[np.float64], NDArray[np.int64]]:
+    ) -> tuple[NDArray[np.bool_], Array, NDArray[np.int64]]:
         """Search the offsets of one decision, of which the best are written into ``offsets``.
 
         Args:
@@ -274,6 +275,6 @@ def _reference_names(environment: Environment) -> list[str]:
     return [names[index] for index in environment.worlds.first_reference]
 
 
-def _all_within(ranges: Ranges, summary: Mapping[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
+def _all_within(ranges: Ranges, summary: Mapping[str, Array]) -> NDArray[np.bool_]:
     inside = [(low < summary[name]) & (summary[name] < high) for name, (low, high) in ranges.items()]
     return np.asarray(np.all(inside, axis=0))

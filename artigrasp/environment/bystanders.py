@@ -7,6 +7,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike, NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.assets.object import ObjectModel
 from artigrasp.environment import tables
 from artigrasp.environment.worlds import WorldPlan
@@ -107,7 +108,7 @@ class Bystanders:
         )
         self.set_focus(0, world_mask)
 
-    def disturbance(self) -> dict[str, NDArray[np.float64]]:
+    def disturbance(self) -> dict[str, Array]:
         """How far bystanders are from their places now, the farthest of each world: [m] and [rad], of shape [world].
 
         The turn is that of the base or of the hinge, whichever is more.

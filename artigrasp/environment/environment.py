@@ -7,6 +7,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike, NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import load_hand
 from artigrasp.assets.hand_table import hand_table
 from artigrasp.assets.object import ObjectModel, load_object
@@ -324,7 +325,7 @@ class Environment:
         self.simulation.launch(self._kernels.observe)
         return self.features
 
-    def episode_summary(self) -> dict[str, NDArray[np.float64]]:
+    def episode_summary(self) -> dict[str, Array]:
         """What happened in every world since its reset, each of shape [world]; angles in rad, distances in m.
 
         Of a world whose physics failed, it is what was measured before. Where there are bystanders, ``bystander_shift``

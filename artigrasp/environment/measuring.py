@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 import warp as wp
-from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.environment import tables
 from artigrasp.environment.world_range import WorldRange
 from artigrasp.kernels import metrics, states
@@ -62,7 +62,7 @@ class Measuring:
         ]  # fmt: skip
         return record(metrics.update_metrics, worlds.every_world, arguments, self._device)
 
-    def summary(self, goal: states.Goal) -> dict[str, NDArray[np.float64]]:
+    def summary(self, goal: states.Goal) -> dict[str, Array]:
         """What happened in every world since its reset, see :meth:`Environment.episode_summary`."""
         measured = {
             "final_angle": self.metrics.angle,

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.search import OPEN
@@ -38,14 +39,14 @@ STRICT_TILT_LIMIT = 0.3
 class ArticulationOutcomes(HingeOutcomes):
     """What happened in each articulation trial; every array has the shape [trial]."""
 
-    initial_angle: NDArray[np.float64]
+    initial_angle: Array
     opened_once: NDArray[np.bool_]
     """Whether the angle changed by more than 0.3 rad at any step."""
-    mean_displacement: NDArray[np.float64]
+    mean_displacement: Array
     """Distance of the base origin from its start, mean over the steps [m]."""
-    max_displacement: NDArray[np.float64]
-    final_displacement: NDArray[np.float64]
-    max_tilt: NDArray[np.float64]
+    max_displacement: Array
+    final_displacement: Array
+    max_tilt: Array
     """Largest angle between the vertical and where the direction that was up at the start points [rad]."""
 
     @property

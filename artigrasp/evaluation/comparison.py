@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.errors import UserError
 from artigrasp.evaluation.evaluate import describe_controller
 from artigrasp.evaluation.experiment import CRITERIA, Experiment
@@ -185,7 +186,7 @@ def _words(run: Run, keys: list[tuple[str, ...]], column: str) -> NDArray[np.str
         raise UserError(f"{run.folder / 'trials.csv'}: {column}: expected a column, found none") from None
 
 
-def _numbers(run: Run, keys: list[tuple[str, ...]], column: str) -> NDArray[np.float64]:
+def _numbers(run: Run, keys: list[tuple[str, ...]], column: str) -> Array:
     truths = {"True": 1.0, "False": 0.0}
     try:
         words = _words(run, keys, column).tolist()

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.search import Objective
@@ -57,10 +58,10 @@ class ComposedOutcomes(HingeOutcomes, PoseOutcomes):
     articulation: NDArray[np.int64]
     """Index among the object's articulation references of the split; ``reference`` is that of the grasp."""
     articulation_source: NDArray[np.str_]
-    least_position_error: NDArray[np.float64]
+    least_position_error: Array
     """The least distance of the base from its target at any step [m]."""
-    least_rotation_error: NDArray[np.float64]
-    least_angle_error: NDArray[np.float64]
+    least_rotation_error: Array
+    least_angle_error: Array
     failed_phase: NDArray[np.str_]
     """The first phase that failed, and how; empty if none did."""
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from artigrasp.arrays import check_array, load_arrays, save_arrays
+from artigrasp.arrays import Array, check_array, load_arrays, save_arrays
 from artigrasp.config import TaskConfig, from_dict, to_dict
 from artigrasp.environment.action_columns import synergy_directions
 from artigrasp.errors import UserError
@@ -42,7 +42,7 @@ class Demonstrations:
     """Rollouts until the search was content or had none left, [trial]."""
     success: NDArray[np.bool_]
     """Whether the best of the first rollouts succeeds, [trial, rollout]."""
-    error: NDArray[np.float64]
+    error: Array
     """Its error by the objective of the search, [trial, rollout]: rad in articulation, m in grasping."""
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.search import Objective
@@ -41,11 +42,11 @@ TARGET_TURN = 0.3
 class GraspOutcomes(PoseOutcomes):
     """What happened in each grasping trial; every array has the shape [trial]."""
 
-    target_height: NDArray[np.float64]
+    target_height: Array
     """Height of the target over the start [m]."""
-    lift: NDArray[np.float64]
+    lift: Array
     """Height of the base over its start at the end [m]."""
-    turn: NDArray[np.float64]
+    turn: Array
     """Angle between the base and its start at the end [rad]: what the authors' script takes for the angle error."""
     grasp_outcome: NDArray[np.str_]
     """What became of the phase in which the hands grasp."""
@@ -69,7 +70,7 @@ def strict_success(outcomes: GraspOutcomes) -> NDArray[np.bool_]:
     return np.asarray(paper_success(outcomes) & outcomes.at_pose)
 
 
-def draw_offsets(random: np.random.Generator, count: int) -> NDArray[np.float64]:
+def draw_offsets(random: np.random.Generator, count: int) -> Array:
     """Random targets in the air, from the start along the world's axes: shift [m], quaternion xyzw, [target, 7]."""
     shift = random.uniform(TARGET_LOWER, TARGET_UPPER, (count, 3))
     turn = Rotation.from_rotvec(random.uniform(-TARGET_TURN, TARGET_TURN, (count, 3)))

@@ -7,6 +7,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.environment.measuring import REACHED_DISTANCE, REACHED_TURN
 from artigrasp.evaluation.quality import area_under_curve
 
@@ -25,15 +26,15 @@ class Outcomes:
     """Where the reference came from."""
     failed: NDArray[np.bool_]
     """Whether the physics failed; such a trial never counts as success, and its errors are those measured before."""
-    base_distance: NDArray[np.float64]
+    base_distance: Array
     """Mean distance of the base's vertices from where the target has them, at the end (ADD) [m]."""
-    articulated_distance: NDArray[np.float64]
+    articulated_distance: Array
     """The same of the articulated part."""
-    penetration: NDArray[np.float64]
+    penetration: Array
     """Deepest overlap of a hand's collision shapes and the object's surface, mean over the episode [m]."""
-    jerk: NDArray[np.float64]
+    jerk: Array
     """Norm of the third derivative of the hands' keypoints, mean over keypoints and episode [m/s³]."""
-    contact_consistency: NDArray[np.float64]
+    contact_consistency: Array
     """Of the links that touch the object at either of two control steps, the share that do at both, mean from the
     first contact on."""
 
@@ -43,12 +44,12 @@ class Outcomes:
         return np.where(self.failed, "physics", "")
 
     @property
-    def base_auc(self) -> NDArray[np.float64]:
+    def base_auc(self) -> Array:
         """ADD-AUC of the base up to 0.1 m."""
         return area_under_curve(self.base_distance)
 
     @property
-    def articulated_auc(self) -> NDArray[np.float64]:
+    def articulated_auc(self) -> Array:
         """ADD-AUC of the articulated part up to 0.1 m."""
         return area_under_curve(self.articulated_distance)
 
@@ -84,12 +85,12 @@ class Outcomes:
 class HingeOutcomes(Outcomes):
     """Trials in which the hinge should reach an angle."""
 
-    goal_angle: NDArray[np.float64]
+    goal_angle: Array
     """Target of the hinge [rad]."""
-    final_angle: NDArray[np.float64]
+    final_angle: Array
 
     @property
-    def angle_error(self) -> NDArray[np.float64]:
+    def angle_error(self) -> Array:
         """|goal − final angle| [rad]."""
         return np.asarray(np.abs(self.goal_angle - self.final_angle))
 
@@ -98,9 +99,9 @@ class HingeOutcomes(Outcomes):
 class PoseOutcomes(Outcomes):
     """Trials in which the base should reach a pose."""
 
-    position_error: NDArray[np.float64]
+    position_error: Array
     """Distance of the base from its target at the end [m]."""
-    rotation_error: NDArray[np.float64]
+    rotation_error: Array
     """Angle between the base and its target at the end [rad]."""
 
     @property

@@ -11,6 +11,7 @@ import warp as wp
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.assets.object import ObjectModel
 from artigrasp.environment.environment import Environment
 from artigrasp.kernels import quality
@@ -77,7 +78,7 @@ class QualityRecorder:
         }
 
 
-def average_distances(environment: Environment) -> NDArray[np.float64]:
+def average_distances(environment: Environment) -> Array:
     """Mean distance of the vertices of each part from where the target has them (ADD) [m], shape [world, part].
 
     It is ``ADD_LIMIT`` where the physics failed.
@@ -99,13 +100,13 @@ def average_distances(environment: Environment) -> NDArray[np.float64]:
 
 def _part_vertices(
     model: ObjectModel, position: NDArray[np.float32], rotation: NDArray[np.float32], angle: NDArray[np.float32]
-) -> tuple[NDArray[np.float64], ...]:
+) -> tuple[Array, ...]:
     """Vertices of both parts in the world [m], with the base at a pose and the hinge at an angle [rad]."""
     split = len(model.parts[BASE].vertices)
     vertices = Rotation.from_quat(rotation).apply(model.vertices_in_base(float(angle[0]))) + position
     return vertices[:split], vertices[split:]
 
 
-def area_under_curve(distance: NDArray[np.float64]) -> NDArray[np.float64]:
+def area_under_curve(distance: Array) -> Array:
     """ADD-AUC of single trials: the share of the thresholds from 0 to ``ADD_LIMIT`` that a distance lies below."""
     return np.asarray(np.clip(1.0 - distance / ADD_LIMIT, 0.0, 1.0))

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.controller import Controller, pd_ik_controller
 from artigrasp.controllers.cross_entropy import CrossEntropySettings
@@ -37,7 +38,7 @@ class ReferenceCheck:
     """
 
     verdict: NDArray[np.str_]
-    success: NDArray[np.float64]
+    success: Array
 
     @property
     def works(self) -> NDArray[np.bool_]:

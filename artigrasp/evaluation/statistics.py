@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import norm, t
 
+from artigrasp.arrays import Array
+
 CONFIDENCE = 0.95
 
 
@@ -78,7 +80,7 @@ def _kinds(groups: ArrayLike) -> list[NDArray[np.int64]]:
     return [np.unique(column, return_inverse=True)[1].reshape(-1) for column in labels.T]
 
 
-def _clustered_variance(values: NDArray[np.float64], groups: NDArray[np.int64]) -> float:
+def _clustered_variance(values: Array, groups: NDArray[np.int64]) -> float:
     """Variance of the mean if only the groups are independent of each other."""
     sums = np.bincount(groups, values - values.mean())
     return float(np.square(sums).sum() * len(sums) / (len(sums) - 1) / len(values) ** 2)

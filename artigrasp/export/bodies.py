@@ -9,6 +9,7 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import HandModel, load_hand
 from artigrasp.assets.hand_skin import SKIN_COLOUR
 from artigrasp.assets.object import ObjectModel, load_object
@@ -17,8 +18,6 @@ from artigrasp.export.surface import Surface, join, link_surface, mesh_surface, 
 from artigrasp.kernels.layout import ARTICULATED, BASE, LINK_COUNT, LINKS, PARTS
 from artigrasp.motion.file import Motion
 from artigrasp.motion.kinematics import link_poses, part_poses, pose_object
-
-Colour = tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +33,7 @@ class Body:
 
     name: str
     surface: Surface
-    colours: NDArray[np.float64]
+    colours: Array
     poses: NDArray[np.float32]
 
 
@@ -110,7 +109,7 @@ def target_ghost(motion: Motion, object: ObjectModel) -> Body:
     )
 
 
-def box_corners(bodies: Sequence[Body], samples: NDArray[np.integer]) -> NDArray[np.float64]:
+def box_corners(bodies: Sequence[Body], samples: NDArray[np.integer]) -> Array:
     """Corners of the boxes around N bodies, along the axes of their frames, world [m], shape ``[T, 8 N, 3]``."""
     seen = []
     for body in bodies:

@@ -4,12 +4,11 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from artigrasp.arrays import Array
 from artigrasp.errors import unknown
 
-Array = NDArray[np.float64]
 Direction = tuple[float, float]
 """From what is looked at to the camera: azimuth about the vertical from x, elevation above the horizon [rad]."""
 

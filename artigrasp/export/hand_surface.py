@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.hand_skin import SKIN_COLOUR, HandSkin
 from artigrasp.assets.skin_drawing import draw_skin
 from artigrasp.export.subdivision import subdivide
 from artigrasp.export.surface import Surface, join, link_surface, place
 from artigrasp.kernels.layout import LINK_COUNT
-
-Array = NDArray[np.float64]
 
 
 class HandSurface(Protocol):

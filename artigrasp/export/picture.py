@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.errors import UserError
 from artigrasp.export.bodies import (
     box_corners,
@@ -267,7 +268,7 @@ def _several(motion: Motion | Sequence[Motion]) -> list[Motion]:
     return motions
 
 
-def _samples_at(motion: Motion, moments: NDArray[np.float64]) -> NDArray[np.int64]:
+def _samples_at(motion: Motion, moments: Array) -> NDArray[np.int64]:
     """The samples of a motion at times since its start [s], the last one after its end."""
     samples = np.searchsorted(motion.time - motion.time[0], moments - 1e-6)
     return np.minimum(samples, len(motion.time) - 1)

@@ -7,11 +7,10 @@ import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike, NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.export.camera import View
 from artigrasp.export.surface import Surface
 from artigrasp.kernels import raycast
-
-Array = NDArray[np.float64]
 
 BACKGROUND = (0.97, 0.98, 1.0)
 """Linear RGB of the floor and of everything behind it."""

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import load_hand
 from artigrasp.assets.object import load_object
 from artigrasp.errors import UserError
@@ -55,7 +56,7 @@ class ReferencePictures:
         self._parts = [part_surface(part) for part in object.parts]
         self._link_poses, self._part_poses = posed_references(references, hands, object)
 
-    def scene(self, row: int) -> tuple[Surface, NDArray[np.float64], NDArray[np.float64]]:
+    def scene(self, row: int) -> tuple[Surface, Array, Array]:
         """What a reference shows: a surface that rests on z = 0, the colour of each face, and how much it matters."""
         surfaces, colours, weights = [], [], []
         for hand in np.flatnonzero(self._references.active[row]):

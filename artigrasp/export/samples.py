@@ -3,10 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.export.bodies import box_corners, hand_bodies, load_models, object_bodies
 from artigrasp.motion.file import Motion
-
-Array = NDArray[np.float64]
 
 CANDIDATES = 300
 """Samples to choose from, at most: evenly spaced ones of a longer motion."""

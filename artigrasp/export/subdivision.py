@@ -4,10 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 
-Indices = NDArray[np.int32]
 
-
-def subdivide(faces: Indices) -> tuple[csr_array, Indices]:
+def subdivide(faces: NDArray[np.int32]) -> tuple[csr_array, NDArray[np.int32]]:
     """Divide every triangle of a closed mesh into four, and round the mesh off as Loop does.
 
     Args:

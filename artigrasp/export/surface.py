@@ -9,10 +9,9 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import Capsule, Collider, HandModel
 from artigrasp.assets.object import PartModel
-
-Array = NDArray[np.float64]
 
 BALL_SUBDIVISIONS = 3
 """How finely round surfaces are divided."""

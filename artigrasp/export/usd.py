@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.object import ObjectModel
 from artigrasp.assets.object_usd import write_hinge
@@ -103,12 +104,12 @@ def _description(motion: Motion) -> dict[str, object]:
     }
 
 
-def _own_rate(time: NDArray[np.float64]) -> float:
+def _own_rate(time: Array) -> float:
     """Samples per second of a motion."""
     return round(1 / float(np.median(np.diff(time))), 6) if len(time) > 1 else 1.0
 
 
-def _even_times(time: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+def _even_times(time: Array, rate: float) -> Array:
     """Every multiple of the interval within a motion [s], or its only sample."""
     first, last = np.ceil(time[0] * rate - 1e-6), np.floor(time[-1] * rate + 1e-6)
     return np.arange(first, last + 1) / rate if last >= first else time[:1]
@@ -124,7 +125,7 @@ def _set_time(stage: Usd.Stage, motions: Sequence[Motion], rate: float) -> list[
     return codes
 
 
-def _places(count: int) -> NDArray[np.float64]:
+def _places(count: int) -> Array:
     """Where motions are, in rows about the origin [m], shape ``[count, 3]``."""
     columns = int(np.ceil(np.sqrt(count)))
     cells = np.array([(index % columns, -(index // columns), 0) for index in range(count)], float)
@@ -200,7 +201,7 @@ def _add_reference_ghosts(
         add_hand_ghost(stage, f"{object_path}/{part}/Reference{hand.side.capitalize()}", hand, poses[index], look)
 
 
-def _add_floor(stage: Usd.Stage, places: NDArray[np.float64]) -> None:
+def _add_floor(stage: Usd.Stage, places: Array) -> None:
     low, high = (places.min(axis=0) - FLOOR_MARGIN)[:2], (places.max(axis=0) + FLOOR_MARGIN)[:2]
     corners = np.array([[low[0], low[1], 0.0], [high[0], low[1], 0.0], [high[0], high[1], 0.0], [low[0], high[1], 0.0]])
     floor = add_surface(stage, f"{WORLD}/Floor", mesh_surface(corners, np.array([[0, 1, 2], [0, 2, 3]])))

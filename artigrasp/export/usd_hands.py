@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.hand_skin import SKIN_COLOUR, HandSkin
 from artigrasp.assets.skin_usd import JOINT_PATHS, add_skin_mesh, define_skin
@@ -90,7 +91,7 @@ def _add_character(
         extent.Set(UsdGeom.PointBased.ComputeExtent(points), code)
 
 
-def _in_parents(poses: NDArray[np.float32]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _in_parents(poses: NDArray[np.float32]) -> tuple[Array, Array]:
     """Positions [m] and quaternions (xyzw) of links in the frames of their parents, of the wrist in the world.
 
     Of q and -q it is always the one nearer to the sample before: interpolation goes the short way.

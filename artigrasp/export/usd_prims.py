@@ -7,7 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, Vt
 
-from artigrasp.export.bodies import Body, Colour
+from artigrasp.arrays import Array
+from artigrasp.assets.object_model import Colour
+from artigrasp.export.bodies import Body
 from artigrasp.export.surface import Surface
 
 MATERIALS = "/World/Materials"
@@ -90,7 +92,7 @@ def haunt(stage: Usd.Stage, mesh: UsdGeom.Mesh) -> None:
     bind(stage, mesh.GetPrim(), GHOST, np.array(GHOST_COLOUR))
 
 
-def bind(stage: Usd.Stage, prim: Usd.Prim, name: str, colour: NDArray[np.float64]) -> None:
+def bind(stage: Usd.Stage, prim: Usd.Prim, name: str, colour: Array) -> None:
     """Bind the material of this name, which the first that needs it makes.
 
     ``SKIN`` takes its colour from the vertices where a program can; ``GHOST`` is seen through.
@@ -98,7 +100,7 @@ def bind(stage: Usd.Stage, prim: Usd.Prim, name: str, colour: NDArray[np.float64
     UsdShade.MaterialBindingAPI.Apply(prim).Bind(_material(stage, name, Gf.Vec3f(*colour.tolist())))
 
 
-def _paint_name(colour: NDArray[np.float64]) -> str:
+def _paint_name(colour: Array) -> str:
     return "Paint_" + "".join(f"{round(255 * value):02x}" for value in colour)
 
 

@@ -1,13 +1,11 @@
 """From where hands on an object are seen best."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.export.camera import Direction, unit_vector
 from artigrasp.export.raycaster import visibility
 from artigrasp.export.surface import Surface
-
-Array = NDArray[np.float64]
 
 AZIMUTHS = 24
 ELEVATIONS: dict[float, float] = {10.0: 0.85, 28.0: 1.0, 50.0: 0.9}

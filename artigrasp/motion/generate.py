@@ -9,6 +9,7 @@ import warp as wp
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.config import ActionConfig, PhaseConfig, SimulatorConfig
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.rollout import OnPlan, run_episode
@@ -208,7 +209,7 @@ def relative_to_first_base(joint_q: NDArray[np.float32], hand_bases: NDArray[np.
     return result
 
 
-def _continuous(angles: NDArray[np.float64]) -> NDArray[np.float64]:
+def _continuous(angles: Array) -> Array:
     """Intrinsic XYZ angles [T, 3], each triple replaced by the equivalent one that is nearest to the one before."""
     result = angles.copy()
     for now in range(1, len(angles)):

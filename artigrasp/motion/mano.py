@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from artigrasp.arrays import save_arrays
+from artigrasp.arrays import Array, save_arrays
 from artigrasp.kernels.layout import FINGER_DOF_COUNT, LINK_COUNT, WRIST_DOF_COUNT
 from artigrasp.motion.motion import Motion
 from artigrasp.references.mano_pose import mano_translation, rotation_vectors
@@ -42,9 +42,7 @@ def mano_parameters(motion: Motion) -> tuple[NDArray[np.float32], NDArray[np.flo
     return pose, translation
 
 
-def export_mano(
-    motion: Motion, path: str | os.PathLike[str], *, mean_pose: dict[str, NDArray[np.float64]] | None = None
-) -> None:
+def export_mano(motion: Motion, path: str | os.PathLike[str], *, mean_pose: dict[str, Array] | None = None) -> None:
     """Write MANO's parameters of a motion by the names that ``smplx`` and ARCTIC know them by.
 
     Args:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from artigrasp.arrays import check_array, check_poses
+from artigrasp.arrays import Array, check_array, check_poses
 from artigrasp.config import StageConfig
 from artigrasp.kernels.layout import DOF_COUNT, FINGER_DOF_COUNT, HANDS, LINK_COUNT, PARTS
 
@@ -51,7 +51,7 @@ class Motion:
             unit, or a name that is unknown. The message starts with the field.
     """
 
-    time: NDArray[np.float64]
+    time: Array
     """Strictly increasing times of the samples [s], shape ``[T]``, T at least 1."""
     hands: tuple[str, ...]
     """Sides of the hands, in the order of ``HANDS``: the hand axis of every array."""

@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
+from artigrasp.arrays import Array
 from artigrasp.motion.motion import Motion, MotionBystanders
 
 
-def resample(motion: Motion, time: NDArray[np.float64]) -> Motion:
+def resample(motion: Motion, time: Array) -> Motion:
     """What a motion is at other times, in between the samples.
 
     Positions and angles run straight from sample to sample, orientations the short way round; forces and phases are
@@ -41,9 +42,7 @@ def resample(motion: Motion, time: NDArray[np.float64]) -> Motion:
     )
 
 
-def _straight(
-    time: NDArray[np.float64], values: NDArray[np.float32], wanted: NDArray[np.float64]
-) -> NDArray[np.float32]:
+def _straight(time: Array, values: NDArray[np.float32], wanted: Array) -> NDArray[np.float32]:
     """Linear interpolation along the first axis."""
     after = np.clip(np.searchsorted(time, wanted, side="right"), 1, max(len(time) - 1, 1))
     if len(time) == 1:
@@ -53,7 +52,7 @@ def _straight(
     return np.asarray((1 - share) * values[after - 1] + share * values[after], np.float32)
 
 
-def _poses(time: NDArray[np.float64], poses: NDArray[np.float32], wanted: NDArray[np.float64]) -> NDArray[np.float32]:
+def _poses(time: Array, poses: NDArray[np.float32], wanted: Array) -> NDArray[np.float32]:
     """Poses (position [m], quaternion xyzw) in between, shape ``[N, 7]``."""
     if len(time) == 1:
         return np.repeat(poses, len(wanted), axis=0)

@@ -15,13 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from artigrasp.arrays import check_array, load_plain_arrays
+from artigrasp.arrays import Array, check_array, load_plain_arrays
 from artigrasp.assets.arctic import ArcticSource
 from artigrasp.errors import UserError
 from artigrasp.kernels.layout import HANDS, LINK_COUNT
 from artigrasp.references.arctic_sequence import (
     CONTACT_ROWS,
-    Array,
     Recording,
     Sequence,
     check_hand_poses,

@@ -3,9 +3,9 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.assets.arctic import HAND_NAME
 from artigrasp.assets.object import ObjectModel
 from artigrasp.errors import UserError, unknown
@@ -14,8 +14,6 @@ from artigrasp.references.arctic_labels import LabelledFrame
 from artigrasp.references.mano_pose import finger_angles, wrist_pose
 from artigrasp.references.poses import to_poses
 from artigrasp.references.reference import ReferenceSet
-
-Array = NDArray[np.float64]
 
 TASKS = {
     "right_arti": ("articulate", ("right",)),

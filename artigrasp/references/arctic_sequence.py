@@ -13,13 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from artigrasp.arrays import check_array
+from artigrasp.arrays import Array, check_array
 from artigrasp.assets.arctic import ArcticSource
 from artigrasp.errors import UserError
 from artigrasp.kernels.layout import FINGER_DOF_COUNT, HANDS, LINK_COUNT
 from artigrasp.restricted_pickle import read_npy
-
-Array = NDArray[np.float64]
 
 CLASSES = ("common.xdict.xdict",)
 """What the release's reconstructions are made of besides dictionaries and arrays."""

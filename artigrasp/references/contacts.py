@@ -9,11 +9,12 @@ from collections.abc import Sequence as Ordered
 import numpy as np
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.object import ObjectModel
 from artigrasp.kernels.layout import ARTICULATED, BASE, HANDS
 from artigrasp.references.arctic_references import base_pose
-from artigrasp.references.arctic_sequence import Array, Sequence
+from artigrasp.references.arctic_sequence import Sequence
 from artigrasp.references.hand_distance import link_distances
 from artigrasp.references.mano_pose import finger_angles, wrist_pose
 from artigrasp.references.poses import to_poses

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.assets.arctic import HAND_NAME, ArcticSource
 from artigrasp.assets.arctic_hand import load_mean_pose, mean_pose_path
 from artigrasp.assets.hand import HandModel, load_hand
@@ -14,7 +15,7 @@ from artigrasp.assets.object import ObjectModel
 from artigrasp.config.extraction import ExtractionConfig
 from artigrasp.errors import UserError
 from artigrasp.kernels.layout import HANDS
-from artigrasp.references.arctic_sequence import Array, Recording, Sequence, read_sequence, sequence_files
+from artigrasp.references.arctic_sequence import Recording, Sequence, read_sequence, sequence_files
 from artigrasp.references.contacts import measure_contacts
 from artigrasp.references.interactions import Interaction, Signals, find_interactions
 from artigrasp.references.signals import measure_signals

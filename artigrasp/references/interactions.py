@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.config.extraction import ExtractionConfig
 from artigrasp.kernels.layout import HANDS
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 FRAME_RATE = 30.0

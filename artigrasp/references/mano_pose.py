@@ -5,10 +5,9 @@ parents. Here the finger joints' hold the whole turn from the flat hand; files o
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
-Array = NDArray[np.float64]
+from artigrasp.arrays import Array
 
 WRIST_FROM_MANO = {"right": np.array([0.09566994, 0.00638343, 0.0061863])}
 WRIST_FROM_MANO["left"] = WRIST_FROM_MANO["right"] * [-1, 1, 1]

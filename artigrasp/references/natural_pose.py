@@ -10,12 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand_model import MIRROR_ROTATION
 from artigrasp.assets.library import list_assets
 from artigrasp.kernels.layout import DOFS, FINGER_DOF_COUNT, HANDS, WRIST_DOF_COUNT
 from artigrasp.references.reference import ReferenceSet, load_references
-
-Array = NDArray[np.float64]
 
 PRIOR_DEVIATION = 0.3
 """Standard deviation of each finger angle about zero where nothing is known [rad]."""

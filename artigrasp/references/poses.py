@@ -4,9 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.kernels.layout import WRIST_DOF_COUNT
-
-Array = NDArray[np.float64]
 
 
 def to_transforms(poses: NDArray[np.floating]) -> RigidTransform:

@@ -5,14 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.object import ObjectModel
 from artigrasp.kernels.layout import ARTICULATED, WRIST_DOF_COUNT
 from artigrasp.references.hand_distance import HandDistance, PartMeshes, pose_parts_in_base
 from artigrasp.references.poses import compose_poses
 from artigrasp.references.reference import ReferenceSet
-
-Array = NDArray[np.float64]
 
 CONTACT_DISTANCE = 0.005
 """A link that is no farther than this from a surface touches it [m]."""

@@ -13,6 +13,7 @@ import warp as wp
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.object import ObjectModel
 from artigrasp.config import RefinementConfig, to_dict
@@ -47,11 +48,11 @@ class Refinement:
     """
 
     references: ReferenceSet
-    start_energy: NDArray[np.float64]
-    end_energy: NDArray[np.float64]
-    moved: NDArray[np.float64]
-    turned: NDArray[np.float64]
-    bent: NDArray[np.float64]
+    start_energy: Array
+    end_energy: Array
+    moved: Array
+    turned: Array
+    bent: Array
 
 
 def refine_references(

@@ -5,11 +5,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.assets.object import ObjectModel
 from artigrasp.config.extraction import ExtractionConfig
 from artigrasp.kernels.layout import ARTICULATED, BASE
 from artigrasp.references.arctic_references import CONTACT_WITH_ARTICULATED, CONTACT_WITH_EITHER, base_pose
-from artigrasp.references.arctic_sequence import Array
 from artigrasp.references.interactions import FRAME_RATE, Signals
 
 AT_REST = 0.02

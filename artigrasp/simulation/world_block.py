@@ -9,8 +9,8 @@ import mujoco
 import numpy as np
 import warp as wp
 from mujoco.rollout import Rollout
-from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.kernels import mujoco_state
 from artigrasp.simulation.launches import OnWorlds, record
 from artigrasp.simulation.mujoco_warnings import CAPACITY_WARNINGS, warning_count
@@ -28,13 +28,13 @@ CONTROL = (
 class PackedWorlds:
     """MuJoCo's own vectors, one row per world, float64."""
 
-    state: NDArray[np.float64]
+    state: Array
     """FULLPHYSICS state: time, qpos, qvel."""
-    control: NDArray[np.float64]
+    control: Array
     """Generalised forces, mocap positions, mocap quaternions."""
-    sensor: NDArray[np.float64]
+    sensor: Array
     """Sensor readings of the last substep."""
-    warmstart: NDArray[np.float64]
+    warmstart: Array
     """Accelerations from which the constraint solver starts."""
 
     def rows(self, rows: slice) -> PackedWorlds:

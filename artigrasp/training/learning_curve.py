@@ -9,8 +9,8 @@ from typing import Any, TypeVar
 
 import matplotlib
 import numpy as np
-from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.errors import UserError
 from artigrasp.files import atomic_write, read_csv
 
@@ -167,9 +167,7 @@ def plot_curves(
     pyplot.close(figure)
 
 
-def _over_seeds(
-    curves: Sequence[Sequence[CurvePoint]], axis: str, name: str, scale: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _over_seeds(curves: Sequence[Sequence[CurvePoint]], axis: str, name: str, scale: float) -> tuple[Array, Array]:
     """Places [point] and, between each seed's own points interpolated, values [seed, point]."""
     tables = []
     for curve in curves:
@@ -184,7 +182,7 @@ def _over_seeds(
     return places, np.stack([np.interp(places, *table.T) for table in tables])
 
 
-def _plot_band(panel: Any, places: NDArray[np.float64], values: NDArray[np.float64], label: str) -> None:
+def _plot_band(panel: Any, places: Array, values: Array, label: str) -> None:
     (line,) = panel.plot(places, values.mean(axis=0), marker="." if len(places) < 50 else None, label=label)
     if len(values) > 1:
         panel.fill_between(places, values.min(axis=0), values.max(axis=0), color=line.get_color(), alpha=0.2, lw=0)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from rsl_rl.env import VecEnv
 from tensordict import TensorDict
 
+from artigrasp.arrays import Array
 from artigrasp.controllers.network import OBSERVATION_GROUP
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.measuring import LIFTED_HEIGHT
@@ -184,7 +185,7 @@ class HandVecEnv(VecEnv):
         self.episode_length_buf[dones] = 0
         self.environment.reset(wp.from_torch(worlds.int()))
 
-    def _note_outcomes(self, reference: NDArray[np.integer], reached: NDArray[np.float64]) -> None:
+    def _note_outcomes(self, reference: NDArray[np.integer], reached: Array) -> None:
         """Let references that fail be practised more often, by the running averages of how often they do."""
         for index in np.unique(reference):
             tries = reference == index

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 from viser import BatchedMeshHandle, SceneApi
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.object import ObjectModel
 from artigrasp.kernels.layout import LINK_COUNT
@@ -15,8 +16,6 @@ from artigrasp.viewer.appearance import TOUCHED, UNTOUCHED, WEAK, Appearance
 from artigrasp.viewer.contact_sites import ContactSites
 from artigrasp.viewer.force_arrows import NOWHERE, ForceArrows
 from artigrasp.viewer.recording import Aim, Sample
-
-Array = NDArray[np.float64]
 
 MARK = 0.0045
 """Radius of a target contact [m]."""

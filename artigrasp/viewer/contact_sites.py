@@ -8,12 +8,11 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.hand_surface import core_points
 from artigrasp.assets.object import ObjectModel
 from artigrasp.kernels.layout import LINK_COUNT
-
-Array = NDArray[np.float64]
 
 SURFACE_POINTS = 6000
 """Points that stand for the surface of a part."""

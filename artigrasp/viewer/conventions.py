@@ -1,19 +1,20 @@
 """The border to viser: it writes quaternions wxyz and colours as sRGB bytes, all else here xyzw and linear RGB."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from artigrasp.arrays import Array
 from artigrasp.export.raycaster import encode_srgb
 
 Rgb = tuple[int, int, int]
 
 
-def to_wxyz(quaternions: ArrayLike) -> NDArray[np.float64]:
+def to_wxyz(quaternions: ArrayLike) -> Array:
     """Quaternions xyzw as wxyz, shape ``[..., 4]``."""
     return np.roll(np.asarray(quaternions, np.float64), 1, axis=-1)
 
 
-def to_xyzw(quaternions: ArrayLike) -> NDArray[np.float64]:
+def to_xyzw(quaternions: ArrayLike) -> Array:
     """Quaternions wxyz as xyzw, shape ``[..., 4]``."""
     return np.roll(np.asarray(quaternions, np.float64), -1, axis=-1)
 

@@ -12,10 +12,9 @@ import trimesh
 from numpy.typing import NDArray
 from viser import MeshSkinnedHandle, SceneApi
 
+from artigrasp.arrays import Array
 from artigrasp.viewer.appearance import FORCE_STEPS, force_colours, force_step
 from artigrasp.viewer.conventions import Rgb, to_wxyz
-
-Array = NDArray[np.float64]
 
 LENGTH = 0.009
 """Of an arrow per newton [m]."""

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import HandModel
 from artigrasp.export.hand_surface import skin_of
 from artigrasp.export.subdivision import subdivide
 from artigrasp.export.surface import Surface, link_surface
 from artigrasp.kernels.layout import LINK_COUNT
 
-Array = NDArray[np.float64]
 INFLUENCES = 4
 """Links that may move one vertex."""
 

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from viser import GuiApi, uplot
 
+from artigrasp.arrays import Array
 from artigrasp.kernels.layout import HANDS
 from artigrasp.viewer.recording import Recording
 
@@ -72,7 +72,7 @@ class Plots:
             plot.data = (times[::step], now_mark(times[::step], columns, time), *columns)
 
 
-def now_mark(times: NDArray[np.float64], columns: list[NDArray[np.float64]], time: float) -> NDArray[np.float64]:
+def now_mark(times: Array, columns: list[Array], time: float) -> Array:
     """A curve along the lower border of others that goes to their upper one at a time [s]."""
     values = np.stack(columns)
     mark = np.full(len(times), values.min())

@@ -6,12 +6,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.object import ObjectModel
 from artigrasp.config import StageConfig
 from artigrasp.kernels.layout import LINK_COUNT, PARTS
-
-Array = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,11 +29,11 @@ class Sample:
     """
 
     time: float
-    link_poses: Array
-    part_poses: Array
+    link_poses: NDArray[np.float32]
+    part_poses: NDArray[np.float32]
     focus: int
     hinge_angle: float
-    contact_force: Array
+    contact_force: NDArray[np.float32]
     phase: str = ""
     signals: Mapping[str, float] = field(default_factory=dict)
 
@@ -94,7 +93,7 @@ class Recording:
             {name: values[row] for name, values in self._signals.items() if row < len(values)},
         )
 
-    def curves(self) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
+    def curves(self) -> tuple[Array, dict[str, Array]]:
         """Times of all samples so far [s], shape ``[T]``, and what can be plotted over them, by name."""
         count = self.count
         force = np.linalg.norm(self._contact_force[:count].sum(axis=(2, 3)), axis=-1)
@@ -120,9 +119,9 @@ class Aim:
     """
 
     angle: float | None
-    object_pose: Array | None
+    object_pose: NDArray[np.float32] | None
     part: NDArray[np.int64]
-    link_poses_in_part: Array
+    link_poses_in_part: NDArray[np.float32]
     contacts: NDArray[np.bool_] | None
     active: NDArray[np.bool_]
     needs_ghost: bool = True

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 from viser import DirectionalLightHandle, LabelHandle, SceneApi, ViserServer
 
+from artigrasp.arrays import Array
 from artigrasp.assets.object import ObjectModel
 from artigrasp.config import StageConfig
 from artigrasp.export.camera import HALF_ANGLE, Direction, View, look_at, unit_vector
@@ -17,8 +18,6 @@ from artigrasp.motion.kinematics import pose_object
 from artigrasp.viewer.appearance import SKY, TABLE, Appearance
 from artigrasp.viewer.conventions import to_wxyz
 from artigrasp.viewer.recording import Track
-
-Array = NDArray[np.float64]
 
 THICKNESS, BEVEL = 0.03, 0.006
 """Of the table top [m]."""

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import warp as wp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.worlds import trial_worlds
 from artigrasp.evaluation.quality import QualityRecorder
@@ -49,7 +50,7 @@ class Trajectory:
         self.rotation = Rotation.from_rotvec(np.broadcast_to(np.asarray(rotation, float), (STEP_COUNT, 3)).copy())
 
 
-def through(*values: ArrayLike) -> NDArray[np.float64]:
+def through(*values: ArrayLike) -> Array:
     """Straight lines through values, the last of which is reached at the last step and held for a while."""
     points = np.array(values, dtype=float)
     times = np.linspace(0.0, 0.8 * STEP_COUNT, len(points))

@@ -4,13 +4,12 @@ A frame is a pair ``(R, p)`` of rotation matrices [..., 3, 3] and origins [..., 
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.kernels.layout import ARTICULATED, LINK_PARENTS, LINKS, TIP_LINKS, feature_slice
 from tests.kernels.samples import Sample
 
-Array = NDArray[np.float64]
 Frame = tuple[Array, Array]
 
 CONTACT_THRESHOLD = 1e-3

@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.kernels import states
 from artigrasp.kernels.layout import DOF_COUNT, FINGER_DOF_COUNT, KEYPOINT_COUNT, LINK_COUNT, TIP_COUNT
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.config import SimulatorConfig
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.worlds import trial_worlds
@@ -89,7 +90,7 @@ def _with_left_hand(references: ReferenceSet, distance: float = 0.05) -> Referen
     )
 
 
-def play(environment: Environment) -> NDArray[np.float64]:
+def play(environment: Environment) -> Array:
     """Run one episode with actions of zero; the hinge angle after every control step [rad], shape [step]."""
     environment.reset()
     shape = (environment.world_count, environment.hand_count, environment.action_count)
@@ -101,7 +102,7 @@ def play(environment: Environment) -> NDArray[np.float64]:
     return np.array(angles)
 
 
-def record(environment: Environment) -> tuple[Recording, NDArray[np.float64]]:
+def record(environment: Environment) -> tuple[Recording, Array]:
     """The episode that :meth:`play` runs, and its angles."""
     simulation, step = environment.simulation, environment.simulation.step
     states: list[dict[str, NDArray[np.float32]]] = []

@@ -6,6 +6,7 @@ import warp as wp
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import load_hand
 from artigrasp.assets.object import load_object
 from artigrasp.assets.open_set.catalogue import CATEGORIES, object_name
@@ -25,12 +26,12 @@ def simulation() -> CpuSimulation:
     return CpuSimulation(scenes, [2] * len(scenes))
 
 
-def upper(simulation: CpuSimulation) -> NDArray[np.float64]:
+def upper(simulation: CpuSimulation) -> Array:
     """Largest hinge angle of every world [rad]."""
     return np.repeat([scene.objects[0].hinge_upper for scene in simulation.scenes], 2)
 
 
-def place(simulation: CpuSimulation, angles: NDArray[np.float64]) -> None:
+def place(simulation: CpuSimulation, angles: Array) -> None:
     """Put the objects upright on the table, at hinge angles [rad]."""
     count = simulation.world_count
     hands, objects = simulation.state.hands, simulation.state.objects

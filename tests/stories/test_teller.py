@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.assets.library import find_file
 from artigrasp.cli import main
 from artigrasp.config import SimulatorConfig
@@ -62,7 +62,7 @@ def test_a_bottle_is_put_into_a_box_that_is_closed_over_it(capsys: pytest.Captur
     np.testing.assert_allclose(wrists(motion)[-1], [[-0.35, -0.35, 0.25], [0.35, -0.35, 0.25]], atol=0.05)
 
 
-def wrists(motion: Motion) -> NDArray[np.float64]:
+def wrists(motion: Motion) -> Array:
     """Positions of the wrists in the world, [sample, hand, 3]."""
     sides = zip(motion.hand_base, np.moveaxis(motion.joint_q[..., :3], 1, 0), strict=True)
     return np.stack([base[:3] + Rotation.from_quat(base[3:]).apply(shift) for base, shift in sides], axis=1)

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 from viser import SceneApi
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import load_hand
 from artigrasp.assets.object import load_object
 from artigrasp.kernels.layout import BASE, LINK_COUNT, LINKS, PARTS
@@ -51,7 +51,7 @@ def scene() -> Iterator[SceneApi]:
     server.stop()
 
 
-def drawn(scene: SceneApi, force: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:
+def drawn(scene: SceneApi, force: Array) -> tuple[Array, int]:
     """Tail and tip of the only arrow that is drawn for a force at a point, shape ``[2, 3]``, and its colour."""
     arrows = ForceArrows(scene, "/test")
     point = np.array([0.1, 0.2, 0.3])

@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass
 
+from artigrasp.assets.object_model import Colour
 from artigrasp.assets.open_set.hinged import Blueprint, Hinge
 from artigrasp.assets.open_set.parameters import chosen, ranged
-from artigrasp.assets.open_set.solids import Colour, detail, slab
+from artigrasp.assets.open_set.solids import detail, slab
 
 _ARCTIC = "around ARCTIC's box: 0.34 by 0.24 by 0.23 m, 0.96 and 0.13 kg"
 

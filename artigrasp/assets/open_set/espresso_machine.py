@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from artigrasp.assets.object_model import Colour
 from artigrasp.assets.open_set.hinged import Blueprint, Hinge
 from artigrasp.assets.open_set.parameters import chosen, ranged
-from artigrasp.assets.open_set.solids import Colour, Solid, detail, lathe, slab, tube
+from artigrasp.assets.open_set.solids import Solid, detail, lathe, slab, tube
 
 _ARCTIC = "around ARCTIC's espresso machine: 0.26 by 0.22 by 0.18 m, 1.9 kg and a lever of 13 g"
 _STEEL, _DARK, _BLACK = (0.55, 0.56, 0.58), (0.10, 0.10, 0.11), (0.02, 0.02, 0.022)

@@ -4,10 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from artigrasp.assets.object_model import Array, Mesh
+from artigrasp.arrays import Array
+from artigrasp.assets.object_model import Colour, Mesh
 from artigrasp.assets.open_set.hinged import Blueprint, Hinge
 from artigrasp.assets.open_set.parameters import chosen, ranged
-from artigrasp.assets.open_set.solids import Colour, Solid, detail, lathe, shell, slab
+from artigrasp.assets.open_set.solids import Solid, detail, lathe, shell, slab
 from artigrasp.assets.open_set.strokes import letters
 
 _ARCTIC = "around ARCTIC's ketchup bottle: 0.21 by 0.08 by 0.075 m, 0.57 kg and a cap of 6 g"

@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass
 
+from artigrasp.assets.object_model import Colour
 from artigrasp.assets.open_set.hinged import Blueprint, Hinge
 from artigrasp.assets.open_set.parameters import chosen, ranged
-from artigrasp.assets.open_set.solids import Colour, Solid, detail, prism, slab
+from artigrasp.assets.open_set.solids import Solid, detail, prism, slab
 
 _ARCTIC = "around ARCTIC's laptop: 0.33 by 0.20 m, 0.90 and 0.15 kg"
 _KEY_ROWS, _KEYS = 5, 13

@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass
 
+from artigrasp.assets.object_model import Colour
 from artigrasp.assets.open_set.hinged import Blueprint, Hinge
 from artigrasp.assets.open_set.parameters import chosen, ranged
-from artigrasp.assets.open_set.solids import Colour, Solid, detail, lathe, slab, tube
+from artigrasp.assets.open_set.solids import Solid, detail, lathe, slab, tube
 from artigrasp.assets.open_set.strokes import letters
 
 _ARCTIC = "around ARCTIC's microwave: 0.28 by 0.24 by 0.14 m, 2.3 and 0.08 kg"

@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass, replace
 
+from artigrasp.assets.object_model import Colour
 from artigrasp.assets.open_set.hinged import Blueprint, Hinge
 from artigrasp.assets.open_set.parameters import chosen, ranged
-from artigrasp.assets.open_set.solids import Colour, Solid, detail, lathe, prism, shell, slab, tube
+from artigrasp.assets.open_set.solids import Solid, detail, lathe, prism, shell, slab, tube
 
 _ARCTIC = "ARCTIC's mixer, a toy: 0.19 by 0.17 by 0.10 m, 0.59 and 0.18 kg"
 _REAL = "real ones are 0.35 m long; between them and " + _ARCTIC

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from artigrasp.assets.object_model import Colour
 from artigrasp.assets.open_set.hinged import Blueprint, Hinge
 from artigrasp.assets.open_set.parameters import chosen, ranged
-from artigrasp.assets.open_set.solids import Colour, Solid, detail, slab, tube
+from artigrasp.assets.open_set.solids import Solid, detail, slab, tube
 from artigrasp.assets.open_set.strokes import letters
 
 _ARCTIC = "around ARCTIC's notebook: 0.23 by 0.16 by 0.05 m, 0.77 and 0.10 kg"

@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from artigrasp.assets.object_model import Array
+from artigrasp.arrays import Array
+from artigrasp.assets.object_model import Colour
 from artigrasp.assets.open_set.hinged import Blueprint, Hinge
 from artigrasp.assets.open_set.parameters import chosen, ranged
-from artigrasp.assets.open_set.solids import Colour, Solid, detail, lathe, prism, tube
+from artigrasp.assets.open_set.solids import Solid, detail, lathe, prism, tube
 
 _SHOP = "office and household scissors of 16 to 22 cm"
 _STEEL, _PIVOT = (0.58, 0.60, 0.62), (0.30, 0.31, 0.33)

@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from artigrasp.assets.object_model import Array, Indices, Mesh
+from artigrasp.arrays import Array
+from artigrasp.assets.object_model import Colour, Indices, Mesh
 
-Colour = tuple[float, float, float]
-"""Linear RGB, each 0 to 1."""
 Axis = Literal["x", "y", "z"]
 
 _PLACES: dict[Axis, tuple[int, int, int]] = {"x": (2, 0, 1), "y": (1, 2, 0), "z": (0, 1, 2)}

@@ -3,7 +3,8 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from artigrasp.assets.open_set.solids import Colour, Solid, detail, prism
+from artigrasp.assets.object_model import Colour
+from artigrasp.assets.open_set.solids import Solid, detail, prism
 
 _STROKES = {
     "0": "ag gi ic ca", "1": "bh", "2": "ac cf fd dg gi", "3": "ac ci ig df", "C": "ca ag gi", "E": "ca ag gi de",

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from artigrasp.assets.object_model import Colour
 from artigrasp.assets.open_set.hinged import Blueprint, Hinge
 from artigrasp.assets.open_set.parameters import chosen, ranged
-from artigrasp.assets.open_set.solids import Colour, Solid, detail, lathe, shell, slab
+from artigrasp.assets.open_set.solids import Solid, detail, lathe, shell, slab
 
 _ARCTIC = "around ARCTIC's waffle iron: 0.20 by 0.17 by 0.09 m, 1.07 and 0.14 kg"
 _IRON, _RIDGE, _STEEL, _BLACK = (0.035, 0.035, 0.04), (0.09, 0.09, 0.10), (0.52, 0.53, 0.55), (0.02, 0.02, 0.022)

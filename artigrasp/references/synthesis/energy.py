@@ -7,6 +7,7 @@ import torch
 import warp as wp
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.hand_surface import HandPoints, core_points
 from artigrasp.config import SynthesisConfig
@@ -15,7 +16,7 @@ from artigrasp.references.energy import FingerTerms, PosedHands, depth_error, di
 from artigrasp.references.hand_distance import HandDistance, PartMeshes, pose_parts_in_base
 from artigrasp.references.natural_pose import NaturalPose
 from artigrasp.references.synthesis.fingertips import Fingertips
-from artigrasp.references.synthesis.grip import Array, Grip, RestingObject
+from artigrasp.references.synthesis.grip import Grip, RestingObject
 from artigrasp.references.synthesis.intents import THUMB, Intents
 
 SAG, REACH = 1.5e-3, 0.035

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 import warp as wp
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.hand_model import MIRROR_POSITION
 from artigrasp.assets.hand_surface import core_points
@@ -14,7 +14,6 @@ from artigrasp.kernels import states
 from artigrasp.kernels.kinematics import forward_kinematics
 from artigrasp.kernels.layout import DOF_COUNT, DOFS, TIP_LINKS, WRIST_DOF_COUNT
 from artigrasp.references.natural_pose import NaturalPose, mirror_fingers
-from artigrasp.references.synthesis.grip import Array
 from artigrasp.references.synthesis.intents import THUMB, Intents
 
 PADS = np.array([[-0.2, -0.69, -0.69], *[[0.0, -1.0, 0.0]] * 4])
@@ -108,7 +107,7 @@ def _fingers(bend: Array, natural: NaturalPose, random: np.random.Generator) -> 
     return angles
 
 
-def _turn(intents: Intents, index: int, side: str) -> NDArray[np.float64]:
+def _turn(intents: Intents, index: int, side: str) -> Array:
     """Rotations of the wrists that turn the pads to the surface and the hand across as intended, shape [N, 4]."""
     normal = intents.normal[:, index, THUMB + 2]
     across = intents.across[:, index]

@@ -3,16 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.assets.library import list_assets
 from artigrasp.assets.object import ObjectModel
 from artigrasp.config.task import Kind, Side
 from artigrasp.kernels.layout import ARTICULATED, BASE
 from artigrasp.references.reference import load_references
-
-Array = NDArray[np.float64]
 
 HIGHEST_LEVER_SHARE = 0.99
 """Share of the articulated part's points that are no farther from the hinge than its lever is long."""

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from artigrasp.arrays import Array
 from artigrasp.kernels.layout import BASE, TIP_COUNT, TIP_FINGERS
-from artigrasp.references.synthesis.grip import Array, Grip, RestingObject
+from artigrasp.references.synthesis.grip import Grip, RestingObject
 from artigrasp.references.synthesis.surface import Surface
 
 ROW = np.array([0.018, 0.024, 0.002, -0.019, -0.038])

@@ -7,6 +7,7 @@ import torch
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.object import ObjectModel
 from artigrasp.kernels.layout import ARTICULATED, HANDS, TIP_LINKS
@@ -15,7 +16,7 @@ from artigrasp.references.hand_distance import pose_parts_in_base
 from artigrasp.references.quality import CONTACT_DISTANCE, pose_references
 from artigrasp.references.reference import ReferenceSet
 from artigrasp.references.synthesis.energy import SynthesisEnergy
-from artigrasp.references.synthesis.grip import Array, Grip, RestingObject
+from artigrasp.references.synthesis.grip import Grip, RestingObject
 from artigrasp.references.synthesis.wrench import holding_error, opening_torque
 
 DEEPEST = 0.003

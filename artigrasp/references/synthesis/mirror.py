@@ -7,10 +7,11 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand_model import MIRROR_POSITION
 from artigrasp.references.natural_pose import mirror_fingers
 from artigrasp.references.reference import ReferenceSet
-from artigrasp.references.synthesis.grip import Array, RestingObject
+from artigrasp.references.synthesis.grip import RestingObject
 
 TOLERANCE = 5e-4
 """A vertex has a mirror image if there is one no farther from where it should be [m]."""

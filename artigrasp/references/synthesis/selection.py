@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from artigrasp.references.synthesis.grip import Array
+from artigrasp.arrays import Array
 
 POSITION_SCALE, TURN_SCALE = 0.03, 0.5
 """Distance [m] and angle [rad] between wrists that count as a difference of one."""

@@ -8,10 +8,11 @@ import warp as wp
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from artigrasp.arrays import Array
 from artigrasp.kernels.layout import ARTICULATED
 from artigrasp.kernels.visibility import count_free_rays
 from artigrasp.references.hand_distance import pose_parts_in_base
-from artigrasp.references.synthesis.grip import Array, RestingObject
+from artigrasp.references.synthesis.grip import RestingObject
 
 STANDOFF = 0.012
 """Where the middle of a fingertip is that touches a point, over the surface [m]."""

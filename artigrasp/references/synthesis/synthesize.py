@@ -7,6 +7,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import HandModel
 from artigrasp.config import SynthesisConfig
 from artigrasp.kernels.layout import BASE, FINGER_DOF_COUNT, HANDS, LINK_COUNT, WRIST_DOF_COUNT
@@ -17,7 +18,7 @@ from artigrasp.references.poses import compose_poses, invert_poses, wrist_moves
 from artigrasp.references.reference import ReferenceSet
 from artigrasp.references.synthesis.energy import SynthesisEnergy
 from artigrasp.references.synthesis.fingertips import start_poses
-from artigrasp.references.synthesis.grip import Array, Grip, RestingObject
+from artigrasp.references.synthesis.grip import Grip, RestingObject
 from artigrasp.references.synthesis.intents import draw_intents
 from artigrasp.references.synthesis.judgement import Judgement, judge
 from artigrasp.references.synthesis.selection import Descriptors, choose_different

@@ -4,7 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from artigrasp.references.synthesis.grip import Array, RestingObject
+from artigrasp.arrays import Array
+from artigrasp.references.synthesis.grip import RestingObject
 from artigrasp.references.synthesis.surface import FRICTION
 
 EDGES = 6
