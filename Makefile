@@ -58,15 +58,17 @@ style: $(STAMP)
 	$(BIN)/ruff format --check
 
 types: $(INSTALLED)
-	cd $(INSTALLED) && $(CURDIR)/$(BIN)/mypy --config-file $(CURDIR)/pyproject.toml --cache-dir $(CURDIR)/.mypy_cache -p artigrasp
+	cd $(INSTALLED) && $(CURDIR)/$(BIN)/mypy --config-file $(CURDIR)/pyproject.toml --cache-dir $(CURDIR)/.mypy_cache -p artigrasp -p tools
 
 imports: $(INSTALLED)
 	cd $(INSTALLED) && PYTHONPATH=. $(CURDIR)/$(BIN)/lint-imports --config $(CURDIR)/pyproject.toml --no-cache --no-logo
 
 # Types and imports are checked on a real installation: only there are kernels, tasks and assets_usd inside the package.
+# The tools beside it are those of the checkout.
 $(INSTALLED): $(STAMP)
 	rm -rf build
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --target $@ .
+	ln -s $(CURDIR)/tools $@/tools
 
 clean:
 	rm -rf build dist *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis .coverage*

@@ -9,7 +9,7 @@ import re
 import secrets
 import shutil
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -148,6 +148,20 @@ def check_format(
         )
 
 
+def write_text(path: Path, text: str) -> None:
+    """Write a text file, whole or not at all.
+
+    Args:
+        path: The file.
+        text: All of it.
+
+    Raises:
+        UserError: The place cannot be written to.
+    """
+    with atomic_write(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
     """Write a JSON file that :func:`read_json` reads, whole or not at all.
 
@@ -158,8 +172,7 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
     Raises:
         UserError: The place cannot be written to.
     """
-    with atomic_write(path) as temporary:
-        temporary.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    write_text(path, json.dumps(content, indent=2, allow_nan=False) + "\n")
 
 
 def read_json(path: Path, format: str, version: int, what: str) -> dict[str, Any]:
@@ -187,6 +200,23 @@ def read_json(path: Path, format: str, version: int, what: str) -> dict[str, Any
         raise UserError(f"{path}: expected a table of keys and values, found {type(content).__name__}")
     check_format(content.pop("format", None), content.pop("version", None), format, version, path)
     return content
+
+
+def write_csv(path: Path, columns: Sequence[str], rows: Iterable[Iterable[Any]]) -> None:
+    """Write a table that :func:`read_csv` reads, whole or not at all.
+
+    Args:
+        path: The file.
+        columns: Names of the columns.
+        rows: A value for each column; None leaves it empty.
+
+    Raises:
+        UserError: The place cannot be written to.
+    """
+    with atomic_write(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        writer.writerows(rows)
 
 
 def read_csv(path: Path, what: str) -> list[dict[str, str]]:

@@ -14,7 +14,7 @@ from artigrasp.arrays import Array
 from artigrasp.errors import UserError
 from artigrasp.evaluation.comparison import Run, load_run
 from artigrasp.evaluation.statistics import Estimate, estimate_mean, estimate_rate
-from artigrasp.files import atomic_write, read_json, write_json
+from artigrasp.files import read_json, write_json, write_text
 from artigrasp.tasks import get_task
 from artigrasp.training.run_folder import read_run_description
 from artigrasp.training.runner import CHECKPOINT, POLICY
@@ -132,8 +132,7 @@ def train(arm: Arm, seed: int, protocol: Protocol, folder: Path, threads: int) -
     words = [*words, "--iterations", iterations, "--threads", str(threads), "--json"]
     result = subprocess.run([PROGRAM, "train", arm.task, *words], check=True, stdout=subprocess.PIPE, text=True)
     run_folder = Path(json.loads(result.stdout)["folder"])
-    with atomic_write(run_folder / "done") as temporary:
-        temporary.write_text(result.stdout, encoding="utf-8")
+    write_text(run_folder / "done", result.stdout)
     return run_folder
 
 

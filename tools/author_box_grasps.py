@@ -101,7 +101,8 @@ def main() -> None:
 
     solids = [np.stack([part.vertices.min(axis=0), part.vertices.max(axis=0)]) for part in load_object(OBJECT).parts]
     fitter = HandFitter(load_hand(HAND, "right"), solids)
-    poses, sources = [], []
+    poses: list[Pose] = []
+    sources: list[str] = []
     for candidate in range(CANDIDATE_COUNT):
         random = np.random.default_rng([arguments.seed, candidate])
         pose = fitter.fit(draw_intent(random, solids[BASE], solids[ARTICULATED], fitter.tip_radii))

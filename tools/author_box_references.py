@@ -119,7 +119,7 @@ def draw_intent(random: np.random.Generator, grip: str, edge_name: str, lid: Arr
 
 def relaxed_motions(random: np.random.Generator, bend: float) -> Array:
     """Fingers that are bent by about so much from palm to tip [deg], order ``MOTIONS`` [rad]."""
-    motions = {}
+    motions: dict[str, float] = {}
     knuckle_share = random.uniform(0.25, 0.5)
     for finger in FINGERS:
         knuckle = knuckle_share * max(bend, 10.0) + random.normal(0, 5)
@@ -186,7 +186,7 @@ def count_opened(references: ReferenceSet, seed: int) -> NDArray[np.int64]:
     worlds = trial_worlds([references], [TRIAL_GOAL] * TRIAL_COUNT)
     environment = Environment(controller.task, [references], worlds, seed=seed, noise=False)
     run_episode(environment, controller)
-    return environment.episode_summary()["success"].reshape(-1, TRIAL_COUNT).sum(axis=1).astype(np.int64)
+    return np.asarray(environment.episode_summary()["success"].reshape(-1, TRIAL_COUNT).sum(axis=1), np.int64)
 
 
 def main() -> None:

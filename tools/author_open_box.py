@@ -10,6 +10,7 @@ too; the lid's upper edges are bevelled.
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -53,7 +54,7 @@ def lidded_box(folder: Path) -> ObjectModel:
 
 def _board(low: ArrayLike, high: ArrayLike, bevel: float = 0.0) -> trimesh.Trimesh:
     """A board between two corners, its upper edges bevelled by this much."""
-    board = trimesh.creation.box(bounds=[low, high])
+    board: trimesh.Trimesh = trimesh.creation.box(bounds=np.array([low, high]))
     if not bevel:
         return board
     (x0, y0, z0), (x1, y1, z1) = board.bounds
@@ -70,7 +71,7 @@ def _board(low: ArrayLike, high: ArrayLike, bevel: float = 0.0) -> trimesh.Trime
 
 
 def _part(boards: list[trimesh.Trimesh], mass: float, colour: tuple[float, float, float]) -> PartModel:
-    together = trimesh.util.concatenate(boards)
+    together: Any = trimesh.util.concatenate(boards)
     together.density = mass / together.volume
     return PartModel(
         mass=mass,
@@ -79,7 +80,7 @@ def _part(boards: list[trimesh.Trimesh], mass: float, colour: tuple[float, float
         vertices=np.array(together.vertices),
         faces=np.array(together.faces),
         pieces=tuple(Mesh(np.array(board.vertices), np.array(board.faces)) for board in boards),
-        colours=np.tile(colour, (len(together.faces), 1)),
+        colours=np.tile(np.array(colour), (len(together.faces), 1)),
     )
 
 

@@ -70,7 +70,8 @@ MASS, TISSUE_DENSITY = 0.40, 1100.0
 
 def open_hand(folder: Path) -> HandModel:
     """The right open hand, to live in this folder."""
-    offset, tip, colliders = np.zeros((LINK_COUNT, 3)), {}, [(PALM, _thenar())]
+    offset, tip = np.zeros((LINK_COUNT, 3)), {}
+    colliders: list[tuple[Collider, ...]] = [(PALM, _thenar())]
     lower, upper = np.zeros((LINK_COUNT, 3)), np.zeros((LINK_COUNT, 3))
     for finger_index, finger in enumerate(FINGERS):
         base, bones = _bones(finger)

@@ -16,6 +16,7 @@ import torch
 from artigrasp.controllers.network import build_actor
 from artigrasp.controllers.policy_file import PolicyFile, load_policy, save_policy
 from artigrasp.errors import UserError
+from tools.exits import exits_on_error
 
 State = dict[str, torch.Tensor]
 
@@ -61,7 +62,7 @@ def _average_actor(actors: Sequence[State], policy: PolicyFile) -> State:
         elif layer == layers[-1]:
             weight, bias = torch.cat(weights, dim=1) / len(actors), torch.stack(biases).mean(dim=0)
         else:
-            weight, bias = torch.block_diag(*weights), torch.cat(biases)
+            weight, bias = torch.block_diag(*weights), torch.cat(biases)  # type: ignore[no-untyped-call]
         result |= {f"mlp.{layer}.weight": weight, f"mlp.{layer}.bias": bias}
     return result
 
@@ -81,10 +82,8 @@ def main() -> None:
     parser.add_argument("policies", type=Path, nargs="+", metavar="POLICY")
     parser.add_argument("out", type=Path)
     options = parser.parse_args()
-    try:
+    with exits_on_error(parser):
         save_policy(average([load_policy(path) for path in options.policies]), options.out)
-    except UserError as error:
-        parser.exit(2, f"error: {error}\n")
 
 
 if __name__ == "__main__":

@@ -18,6 +18,7 @@ import argparse
 import numpy as np
 import warp as wp
 
+from artigrasp.arrays import Array
 from artigrasp.assets.hand import load_hand
 from artigrasp.assets.object import load_object
 from artigrasp.config import PhysicsConfig
@@ -61,14 +62,14 @@ def prepare(
     return rollout
 
 
-def output(rollout: DifferentiableRollout, step: int, free: bool) -> np.ndarray:
+def output(rollout: DifferentiableRollout, step: int, free: bool) -> Array:
     """The fingertip's height at the end, or the hinge angle after a step, of every world."""
     if free:
-        return rollout.hands.keypoint.numpy()[:, 0, KEYPOINTS.index("index_tip"), 2].astype(np.float64)
-    return rollout.hinge_angles[step].numpy()[:, 0].astype(np.float64)
+        return np.asarray(rollout.hands.keypoint.numpy()[:, 0, KEYPOINTS.index("index_tip"), 2], np.float64)
+    return np.asarray(rollout.hinge_angles[step].numpy()[:, 0], np.float64)
 
 
-def differences(rollout: DifferentiableRollout, step: int, size: float, free: bool) -> np.ndarray:
+def differences(rollout: DifferentiableRollout, step: int, size: float, free: bool) -> Array:
     """Central differences by every probed input; worlds come in pairs."""
     return (output(rollout, step, free)[0::2] - output(rollout, step, free)[1::2]) / (2 * size)
 
@@ -87,7 +88,7 @@ def disturb(rollout: DifferentiableRollout, size: float, free: bool) -> None:
         rollout.hinge_qd.assign(rates)
 
 
-def gradient(rollout: DifferentiableRollout, step: int, free: bool) -> np.ndarray:
+def gradient(rollout: DifferentiableRollout, step: int, free: bool) -> Array:
     """The same by the tape, of a rollout with one world."""
     if free:
         seed = np.zeros((*rollout.hands.keypoint.shape, 3), np.float32)

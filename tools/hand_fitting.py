@@ -65,7 +65,7 @@ class Intent:
     @property
     def busy(self) -> NDArray[np.bool_]:
         """The fingertips that have something to do, shape (5,)."""
-        return np.isfinite(self.freedom).all(axis=1)
+        return np.asarray(np.isfinite(self.freedom).all(axis=1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,11 +118,11 @@ class HandFitter:
         ahead = np.concatenate([np.zeros((1, len(start))), step * np.eye(len(start))])
 
         def residuals(x: Array) -> Array:
-            return self._residuals(x[None], intent)[0]
+            return np.asarray(self._residuals(x[None], intent)[0])
 
         def jacobian(x: Array) -> Array:
             here, *moved = self._residuals(x + ahead, intent)
-            return (np.stack(moved) - here).T / step
+            return np.asarray((np.stack(moved) - here).T / step)
 
         bounds = tuple(np.concatenate([free, self._bounds], axis=1))
         x = least_squares(residuals, start, jacobian, bounds, ftol=1e-4, max_nfev=50).x
@@ -164,7 +164,7 @@ class HandFitter:
         turns = Rotation.from_quat(frames[..., 3:].reshape(-1, 4)).as_matrix().reshape(-1, LINK_COUNT, 3, 3)
 
         def place(local: Array, links: NDArray[np.int64]) -> Array:
-            return np.einsum("npij,pj->npi", turns[:, links], local) + frames[:, links, :3]
+            return np.asarray(np.einsum("npij,pj->npi", turns[:, links], local) + frames[:, links, :3])
 
         tips = np.array(TIP_LINKS)
         return (

@@ -153,7 +153,7 @@ class ExportUsd(Case):
 
     def result(self) -> str:
         """See `Case`."""
-        return read_layer(self.folder / "motion.usdc").ExportToString()
+        return str(read_layer(self.folder / "motion.usdc").ExportToString())
 
 
 CASES: dict[str, type[Case]] = {"train": Train, "evaluate": Evaluate, "generate": Generate, "export-usd": ExportUsd}

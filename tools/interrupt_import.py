@@ -40,7 +40,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--cache", type=Path, help="folder of pieces that were cut before; by default an empty one")
     options = parser.parse_args()
-    chance, kills, imports = random.Random(options.seed), 0, []
+    chance, kills = random.Random(options.seed), 0
+    imports: list[Import] = []
     with tempfile.TemporaryDirectory() as name:
         cache = options.cache or Path(name) / "cache"
         while kills < options.kills:

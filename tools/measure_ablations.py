@@ -13,17 +13,16 @@ shown by itself.
 """
 
 import argparse
-import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from artigrasp.errors import UserError
 from artigrasp.evaluation.report import format_estimate, markdown_table
-from artigrasp.files import atomic_write
+from artigrasp.files import atomic_write, write_text
 from tools.arms import Arm, Measured, Protocol, measure
+from tools.exits import exits_on_error
 
 
 def table(measured: Sequence[Measured]) -> str:
@@ -45,7 +44,9 @@ def plot(measured: Sequence[Measured], path: Path) -> None:
     axes = figure.add_subplot()
     for row, each in enumerate(measured):
         rate = each.rate()
-        axes.plot([rate.low, rate.high], [row, row], color="C0" if row else "C1", linewidth=5, alpha=0.35)
+        axes.plot(
+            np.array([rate.low, rate.high], float), [row, row], color="C0" if row else "C1", linewidth=5, alpha=0.35
+        )
         axes.plot(rate.value, row, "|", color="C0" if row else "C1", markersize=16, markeredgewidth=3)
         axes.plot(each.success.mean(axis=1), np.full(len(each.seeds), row), "o", color="0.25", markersize=4)
     axes.set_yticks(range(len(measured)), [each.name for each in measured])
@@ -74,16 +75,11 @@ def main() -> None:
     objects = tuple(options.objects)
     arms = [Arm(task, task, objects, objects) for task in options.tasks]
     protocol = Protocol(options.control_steps, options.worlds, options.scene, tuple(options.goal_angles), options.split)
-    try:
+    with exits_on_error(parser):
         for measured in measure(arms, options.seeds, protocol, options.out, options.threads):
             text = table(list(measured.values())) + "\n"
-            with atomic_write(options.out / "comparison.md") as temporary:
-                temporary.write_text(text, encoding="utf-8")
+            write_text(options.out / "comparison.md", text)
             plot(list(measured.values()), options.out / "comparison.png")
-    except UserError as error:
-        parser.exit(2, f"error: {error}\n")
-    except subprocess.CalledProcessError as error:
-        parser.exit(1, f"error: {' '.join(error.cmd)} failed\n")
     print(text)
 
 

@@ -59,8 +59,9 @@ class Sample:
 
 def task(action: ActionConfig) -> TaskConfig:
     """Two hands and a free object, any kind of reference."""
-    sides = ("left", "right")
-    return replace(get_task("right-fixed"), hands=sides, fixed_base=False, kinds=("articulate", "grasp"), action=action)
+    return replace(
+        get_task("right-fixed"), hands=("left", "right"), fixed_base=False, kinds=("articulate", "grasp"), action=action
+    )
 
 
 def play(name: str, way: str, reference_count: int, seed: int) -> tuple[Scene, list[Sample]]:
@@ -115,8 +116,8 @@ def newton_counts(simulation: NewtonSimulation, sample: Sample) -> tuple[int, in
     simulation.write_state(wp.full(1, 1, dtype=int, device="cpu"))
     simulation.step(lambda rows: None)
     data = simulation._solver.mjw_data
-    counts = (int(array.numpy()[0]) for array in (data.ncollision, data.nacon, data.nefc))
-    return *counts, bool(simulation.state.overflow_count.numpy()[0])
+    pairs, contacts, rows = (int(array.numpy()[0]) for array in (data.ncollision, data.nacon, data.nefc))
+    return pairs, contacts, rows, bool(simulation.state.overflow_count.numpy()[0])
 
 
 def main() -> None:

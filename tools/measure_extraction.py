@@ -17,11 +17,11 @@ how well they do on the others.
 
 import argparse
 import random
-import sys
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +30,6 @@ from artigrasp.cli.output import show, show_columns
 from artigrasp.cli.progress import progress_bar
 from artigrasp.cli.warp_start import start_warp
 from artigrasp.config import ExtractionConfig
-from artigrasp.errors import UserError
 from artigrasp.evaluation.statistics import estimate_rate
 from artigrasp.kernels.layout import LINKS
 from artigrasp.references.agreement import REASONS, TOLERANCE, Pair, count_contacts, pair_labels
@@ -39,6 +38,7 @@ from artigrasp.references.arctic_references import TASKS
 from artigrasp.references.extracted_references import PAPER_TASKS, choose_recordings, extract_all
 from artigrasp.references.extraction import Extraction, Extractor
 from artigrasp.references.interactions import Interaction, find_interactions
+from tools.exits import exits_on_error
 
 CHANCE_DRAWS = 200
 NONE = "none"
@@ -69,7 +69,7 @@ class Recorded:
         return pair_labels(self.extraction, self.labels, PAPER_TASKS, config)
 
 
-def main() -> int:
+def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description="Measure the extraction of references.")
     parser.add_argument("path", type=Path)
@@ -85,16 +85,13 @@ def main() -> int:
     options = parser.parse_args()
     start_warp()
     config = ExtractionConfig(held_grasps=options.held_grasps)
-    try:
+    with exits_on_error(parser):
         source = find_source(options.path)
         extractor = Extractor(source, config, measure=options.measured or options.contacts)
         recorded = {
             subject: extract(source, extractor, options.objects, subject, options.reconstructed)
             for subject in dict.fromkeys([*options.subjects, *([options.tune] if options.tune else [])])
         }
-    except UserError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
     if options.contacts:
         show_contacts(recorded)
     elif options.tune:
@@ -102,7 +99,6 @@ def main() -> int:
     else:
         for subject, of_subject in recorded.items():
             show_agreement(subject, [each.pair(config) for each in of_subject], of_subject, options.seed)
-    return 0
 
 
 def extract(
@@ -122,7 +118,9 @@ def show_agreement(subject: str, pairs: list[list[Pair]], recorded: list[Recorde
     """Recall and precision, by object, the confusion of tasks and the reasons of what was missed."""
     every = [pair for of_recording in pairs for pair in of_recording]
     show(f"\n{subject}: {len(recorded)} recordings, within {TOLERANCE} frames")
-    rows = [("  object", "labels", "found", "paired", "same task", "recall", "same task", "precision", "same task")]
+    rows: list[tuple[str, ...]] = [
+        ("  object", "labels", "found", "paired", "same task", "recall", "same task", "precision", "same task")
+    ]
     for name in sorted({_object(pair) for pair in every}):
         rows.append((f"  {name}", *_row([pair for pair in every if _object(pair) == name], interval=False)))
     rows.append(("  all", *_row(every, interval=True)))
@@ -166,7 +164,8 @@ def by_chance(recorded: list[Recorded], every: list[Pair], seed: int) -> tuple[f
 def tune(recorded: dict[str, list[Recorded]], subject: str, config: ExtractionConfig, draws: int, seed: int) -> None:
     """Draw numbers, and show the best on one subject beside those that are the default."""
     draw = random.Random(seed)
-    candidates = [replace(config, **{name: draw.choice(values) for name, values in GRID.items()}) for _ in range(draws)]
+    drawn: list[dict[str, Any]] = [{name: draw.choice(each) for name, each in GRID.items()} for _ in range(draws)]
+    candidates = [replace(config, **each) for each in drawn]
     with progress_bar("Tuning") as progress:
         scores = []
         for index, each in enumerate(candidates):
@@ -222,9 +221,12 @@ def _row(pairs: list[Pair], *, interval: bool) -> tuple[str, ...]:
     labels, found = ([pair for pair in pairs if getattr(pair, name) is not None] for name in ("label", "interaction"))
     paired = [pair for pair in labels if pair.interaction is not None]
     rates = [
-        _rate([bool(agrees(pair)) for pair in of], [pair.recording.sequence for pair in of], interval)
+        _rate(agreed, [pair.recording.sequence for pair in of], interval)
         for of in (labels, found)
-        for agrees in (lambda pair: pair.label and pair.interaction, lambda pair: pair.same_task)
+        for agreed in (
+            [pair.label is not None and pair.interaction is not None for pair in of],
+            [pair.same_task for pair in of],
+        )
     ]
     return str(len(labels)), str(len(found)), str(len(paired)), str(sum(pair.same_task for pair in paired)), *rates
 
@@ -247,4 +249,4 @@ def _task(each: Label | Interaction | None) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

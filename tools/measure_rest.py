@@ -49,7 +49,7 @@ def drift(names: list[str], stage: StageConfig | None, single_contacts: bool = F
         simulation.step(lambda rows: None)
         positions.append(objects.pose.numpy()[:, :3].astype(np.float64))
     rest = np.stack(positions[SETTLE_STEPS:])
-    return np.linalg.norm(rest - rest[0], axis=-1).max(axis=0)
+    return np.asarray(np.linalg.norm(rest - rest[0], axis=-1).max(axis=0))
 
 
 def main() -> None:

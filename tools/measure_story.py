@@ -22,7 +22,7 @@ from artigrasp.config import SimulatorConfig
 from artigrasp.config.story import StoryConfig
 from artigrasp.evaluation.report import format_estimate, markdown_table
 from artigrasp.evaluation.statistics import estimate_rate
-from artigrasp.files import atomic_write
+from artigrasp.files import write_text
 from artigrasp.stories.file import read_story
 from artigrasp.stories.start import scatter_objects
 from artigrasp.stories.teller import Teller, TellerSettings
@@ -68,8 +68,7 @@ def main() -> None:
     for seed in range(options.starts):
         if not any(row["of"] == key and row["seed"] == seed for row in kept):
             kept.append({"of": key, **tell(story, options, seed)})
-            with atomic_write(options.out) as file:
-                file.write_text(json.dumps(kept, indent=1), encoding="utf-8")
+            write_text(options.out, json.dumps(kept, indent=1))
     rows = [row for row in kept if row["of"] == key][: options.starts]
     table = [
         (str(row["seed"]), "yes" if row["told"] else row["problem"], str(row["steps"]), str(row["episodes"]),

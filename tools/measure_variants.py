@@ -13,17 +13,16 @@ prior alone. Writes variants.md and variants.png into the folder, and prints the
 """
 
 import argparse
-import subprocess
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from artigrasp.errors import UserError
 from artigrasp.evaluation.report import format_estimate, markdown_table
-from artigrasp.files import atomic_write
+from artigrasp.files import atomic_write, write_text
 from tools.arms import Arm, Measured, Protocol, measure
+from tools.exits import exits_on_error
 
 PRIOR = "prior"
 CATEGORIES = ("box", "espresso-machine", "ketchup-bottle", "laptop", "microwave", "mixer", "notebook", "waffle-iron")
@@ -118,12 +117,6 @@ def plot(measured: Mapping[str, Measured], path: Path) -> None:
         figure.savefig(temporary, format="png", dpi=150)
 
 
-def write(text: str, path: Path) -> None:
-    """Replace a text file."""
-    with atomic_write(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-
-
 def main() -> None:
     """Train, measure and compare."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -143,17 +136,13 @@ def main() -> None:
         parser.error(f"--left-out-count: expected one of --counts, found {options.left_out_count}")
     protocol = Protocol(options.control_steps, options.worlds, options.task, (1.0,), "train")
     measured: Mapping[str, Measured] = {}
-    try:
+    with exits_on_error(parser):
         for measured in measure(arms(options), options.seeds, protocol, options.out, options.threads):
-            write(text := count_table(measured) + "\n", options.out / "variants.md")
+            write_text(options.out / "variants.md", text := count_table(measured) + "\n")
             plot(measured, options.out / "variants.png")
         for others in measure(left_out_arms(options), options.left_out_seeds, protocol, options.out, options.threads):
             text = count_table(measured) + "\n\n" + left_out_table(measured, others, options) + "\n"
-            write(text, options.out / "variants.md")
-    except UserError as error:
-        parser.exit(2, f"error: {error}\n")
-    except subprocess.CalledProcessError as error:
-        parser.exit(1, f"error: {' '.join(error.cmd)} failed\n")
+            write_text(options.out / "variants.md", text)
     print(text)
 
 

@@ -30,6 +30,7 @@ import viser
 import zstandard
 from playwright.sync_api import Browser, CDPSession, Page
 from websockets.sync.client import connect
+from websockets.typing import Subprotocol
 
 from tests.viewer.browser import open_browser
 
@@ -211,11 +212,12 @@ def latencies(page: Page, count: int) -> dict[str, list[float]]:
 def samples_per_second(url: str) -> float:
     """How often the server sends where a hand is; a browser must keep it awake."""
     arrivals: list[float] = []
-    with connect(url.replace("http", "ws", 1), subprotocols=[f"viser-v{viser.__version__}"], max_size=None) as client:
+    protocol = Subprotocol(f"viser-v{viser.__version__}")
+    with connect(url.replace("http", "ws", 1), subprotocols=[protocol], max_size=None) as client:
         # what the scene holds comes first
         begin = time.monotonic() + 3.0
         while time.monotonic() < begin + COUNTED:
-            packet = client.recv()
+            packet = client.recv(decode=False)
             size = int.from_bytes(packet[8:16], "little")
             content = msgspec.msgpack.decode(zstandard.decompress(packet[16 : 16 + size]))
             for message in content["messages"]:

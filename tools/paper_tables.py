@@ -17,6 +17,7 @@ from artigrasp.evaluation.comparison import load_run
 from artigrasp.evaluation.protocols import EXPERIMENTS
 from artigrasp.evaluation.report import format_estimate, markdown_table
 from artigrasp.evaluation.statistics import Estimate
+from tools.exits import exits_on_error
 
 
 @dataclass(frozen=True)
@@ -113,10 +114,8 @@ def main() -> None:
     """Read and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runs", type=Path, nargs="+", metavar="RUN")
-    try:
+    with exits_on_error(parser):
         print(write_tables(find_runs(parser.parse_args().runs)))
-    except UserError as error:
-        parser.exit(2, f"error: {error}\n")
 
 
 if __name__ == "__main__":

@@ -18,6 +18,7 @@ from artigrasp.errors import UserError
 from artigrasp.training.evaluation import read_evaluations
 from artigrasp.training.learning_curve import AXES, EVALUATED, QUANTITIES, join_stages, plot_curves, read_curve
 from artigrasp.training.run_folder import CURRICULUM_FILE, read_curriculum_description
+from tools.exits import exits_on_error
 
 
 def read_run(folder: Path, evaluations: bool) -> list[Any]:
@@ -62,11 +63,9 @@ def main() -> None:
     parser.add_argument("--title", default="")
     options = parser.parse_args()
     quantities = EVALUATED if options.evaluations else QUANTITIES
-    try:
+    with exits_on_error(parser):
         runs = named_runs(options.runs, options.evaluations)
         plot_curves(options.out, runs, options.title, options.axes, quantities)
-    except UserError as error:
-        parser.exit(2, f"error: {error}\n")
     print("| run | iterations | control steps | CPU h |", " | ".join(quantities), "|")
     print("| --- " * (4 + len(quantities)) + "|")
     for name, curves in runs.items():

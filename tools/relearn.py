@@ -60,15 +60,16 @@ def main() -> None:
     checkpoints = [load_policy(run / CHECKPOINT) for run in options.runs]
     first = checkpoints[0]
     assert first.task.replay is not None and first.learner is not None
-    cautious = replace(first.task.replay, action_cost=options.action_cost, doubt=options.doubt)
-    task = replace(first.task, replay=replace(cautious, actor_rate=options.actor_rate))
+    changes = {name: getattr(options, name) for name in ("action_cost", "doubt", "actor_rate")}
+    config = replace(first.task.replay, **changes)
+    task = replace(first.task, replay=config)
     actors, states = {}, {}
     for name, actor in first.actors.items():
         tried = [remembered(each, name, options.objects) for each in checkpoints]
         memory = {key: torch.cat([each[key] for each in tried]) for key in COLUMNS}
         seen, decided = (memory[key].shape[1] for key in ("observation", "action"))
         torch.manual_seed(first.seed)
-        learner = Replay(task.replay, task.ppo, 1.0, seen, decided)
+        learner = Replay(config, task.ppo, 1.0, seen, decided)
         if options.objects is None:
             learner.actor.load_state_dict(actor)
             learner.load_state_dict({**first.learner["learners"][name], "memory": memory})

@@ -32,7 +32,7 @@ from artigrasp.controllers.controller import PolicyController
 from artigrasp.controllers.policy_file import load_policy
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.worlds import training_worlds
-from artigrasp.files import atomic_write, check_format
+from artigrasp.files import check_format, write_text
 from artigrasp.kernels.metrics import FAILURES
 from artigrasp.references.reference import load_references
 from artigrasp.training.vec_env import HandVecEnv
@@ -130,7 +130,8 @@ def play(
     )
     learner_side = HandVecEnv(environment)
     features = learner_side.get_observations()["policy"]
-    bad_numbers, memory = 0, []
+    bad_numbers = 0
+    memory: list[float] = []
     while environment.steps < steps:
         observations, rewards, dones, extras = learner_side.step(act(features))
         features = observations["policy"]
@@ -245,8 +246,7 @@ def main() -> None:
                 continue
             measured.append(play(name, scene, task, actions, act, options.steps // len(wanted), options))
             content = {"format": FORMAT, "version": VERSION, "plays": [asdict(each) for each in measured]}
-            with atomic_write(options.out) as path:
-                path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+            write_text(options.out, json.dumps(content, indent=1) + "\n")
             failed = {failure: count for failure, count in measured[-1].failures.items() if count}
             print(f"{name}, {scene}, {actions}: {failed or 'sound'}, {measured[-1].seconds:.0f} s", flush=True)
     print(table(measured))

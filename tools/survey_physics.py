@@ -12,7 +12,6 @@ N is the most references of an object, evenly spread over all. JSON replaces set
 """
 
 import argparse
-import csv
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, replace
@@ -33,7 +32,7 @@ from artigrasp.benchmark.steadiness import (
     rest_drift,
 )
 from artigrasp.config import PhysicsConfig
-from artigrasp.files import atomic_write
+from artigrasp.files import write_csv
 from artigrasp.references.reference import ReferenceSet, load_references
 
 SURVEYS = ("rest", "press", "hold")
@@ -140,17 +139,13 @@ def main() -> None:
             result = measure(survey, load_references(name), options, physics)
             rows.append([name, *cells(result)])
             print(f"{survey}: {' | '.join(rows[-1])}", flush=True)
-            columns = vars(result)
             for index in range(len(result.failed)):
-                values = {key: float(column[index]) for key, column in columns.items()}
+                values = {key: float(column[index]) for key, column in vars(result).items()}
                 trials.append({"survey": survey, "object": name, "reference": index, **values})
         show(survey, rows)
     if options.out:
-        fields = list(dict.fromkeys(key for trial in trials for key in trial))
-        with atomic_write(options.out) as path, path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, fields)
-            writer.writeheader()
-            writer.writerows(trials)
+        columns = list(dict.fromkeys(key for trial in trials for key in trial))
+        write_csv(options.out, columns, ([trial.get(key, "") for key in columns] for trial in trials))
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from artigrasp.arrays import Array
 from artigrasp.errors import UserError
-from artigrasp.files import atomic_write, check_format, check_inside
+from artigrasp.files import check_format, check_inside, write_text
 
 _TEXT = b"#usda"
 
@@ -30,8 +30,7 @@ def new_stage(root: str, format: str, version: int) -> Usd.Stage:
 
 def save_stage(stage: Usd.Stage, path: Path) -> None:
     """Write the stage's root layer as text, whole or not at all."""
-    with atomic_write(path) as temporary:
-        temporary.write_text(stage.GetRootLayer().ExportToString(), encoding="utf-8")
+    write_text(path, stage.GetRootLayer().ExportToString())
 
 
 def set_pose(prim: Usd.Prim, position: ArrayLike, orientation: ArrayLike = (0.0, 0.0, 0.0, 1.0)) -> None:

@@ -1,6 +1,5 @@
 """The files of an evaluation: `metrics.json`, `trials.csv`, `metrics.md`, a plot, and what a search found."""
 
-import csv
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -15,7 +14,7 @@ from artigrasp.evaluation.evaluate import Evaluation
 from artigrasp.evaluation.experiment import CRITERIA, QUALITY_METRICS
 from artigrasp.evaluation.plots import plot_evaluations
 from artigrasp.evaluation.statistics import Estimate, estimate_mean
-from artigrasp.files import atomic_write, write_json
+from artigrasp.files import write_csv, write_json, write_text
 
 METRICS_FORMAT, METRICS_VERSION = "artigrasp.metrics", 1
 
@@ -69,11 +68,11 @@ def write_report(evaluations: Sequence[Evaluation[Any]], folder: Path) -> None:
     for index, evaluation in enumerate(evaluations):
         place = folder if index == 0 else folder / evaluation.controller
         write_json(place / "metrics.json", metrics_dict(evaluation))
-        _write_trials(trial_columns(evaluation), place / "trials.csv")
+        trials = trial_columns(evaluation)
+        write_csv(place / "trials.csv", list(trials), zip(*(each.tolist() for each in trials.values()), strict=True))
         if evaluation.found is not None:
             save_demonstrations(place / "demonstrations.npz", demonstrations_of(evaluation))
-    with atomic_write(folder / "metrics.md") as path:
-        path.write_text(metrics_table(evaluations), encoding="utf-8")
+    write_text(folder / "metrics.md", metrics_table(evaluations))
     plot_evaluations(evaluations, folder / "success.png")
 
 
@@ -186,10 +185,3 @@ def _difference_line(first: Evaluation[Any], other: Evaluation[Any]) -> str:
 
 def _plain(protocols: Mapping[str, Mapping[str, Estimate]]) -> dict[str, Any]:
     return {name: {key: asdict(value) for key, value in row.items()} for name, row in protocols.items()}
-
-
-def _write_trials(columns: Mapping[str, NDArray[Any]], target: Path) -> None:
-    with atomic_write(target) as path, path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(columns)
-        writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from artigrasp.errors import UserError
-from artigrasp.files import atomic_write
+from artigrasp.files import write_text
 
 FORMAT, VERSION = "artigrasp.manifest", 3
 
@@ -57,8 +57,7 @@ class Manifest:
     def add(self, path: Path, sources: str, **more: object) -> None:
         """Note that this file was made of these sources, and whatever else is to be kept about it."""
         self._files[self._name(path)] = {"sources": sources, "content": digest_files([path]), **more}
-        with atomic_write(self._path) as temporary:
-            temporary.write_text(json.dumps(_document(self._files), indent=1, sort_keys=True), encoding="utf-8")
+        write_text(self._path, json.dumps(_document(self._files), indent=1, sort_keys=True))
 
     def note(self, path: Path, name: str) -> Any:
         """What was kept about a file under this name, or None."""

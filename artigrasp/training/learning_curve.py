@@ -1,6 +1,5 @@
 """What training measured, iteration by iteration: a table beside its plot."""
 
-import csv
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
@@ -12,7 +11,7 @@ import numpy as np
 
 from artigrasp.arrays import Array
 from artigrasp.errors import UserError
-from artigrasp.files import atomic_write, read_csv
+from artigrasp.files import atomic_write, read_csv, write_csv
 
 CURVE_FILE, CURVE_PLOT = "learning_curve.csv", "learning_curve.png"
 
@@ -72,10 +71,8 @@ def read_points(path: Path, kind: type[P]) -> list[P]:
 
 def write_points(path: Path, points: Sequence[P], kind: type[P]) -> None:
     """Write the points of a curve."""
-    with atomic_write(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, [field.name for field in fields(kind)])
-        writer.writeheader()
-        writer.writerows(vars(point) for point in points)
+    columns = [field.name for field in fields(kind)]
+    write_csv(path, columns, ([getattr(point, name) for name in columns] for point in points))
 
 
 def join_stages(curves: Sequence[Sequence[P]]) -> list[P]:
