@@ -37,6 +37,7 @@ class Acting:
         residual: [W, H, 51] fast offsets in force, likewise.
         stiffness, damping: [W, H, 3] PD gains in force of the `DOF_GROUPS`.
         home: [W, H] wrist frames in the world to which the prior "home" leads.
+        leads_home: Whether it is the prior of some phase.
     """
 
     def __init__(
@@ -59,6 +60,7 @@ class Acting:
         self.residual = wp.zeros((*shape, DOF_COUNT), dtype=float, device=device)
         self.stiffness, self.damping = (wp.zeros((*shape, 3), dtype=float, device=device) for _ in range(2))
         self.home = wp.zeros(shape, dtype=wp.transform, device=device)
+        self.leads_home = any(phase.action.wrist_prior == "home" for phase in phases)
         self._terms = [
             ActionTerm(
                 held,

@@ -242,7 +242,7 @@ class Environment:
 
     def reset(self, world_mask: wp.array | None = None) -> None:
         """Begin an episode in the worlds whose mask (int, [W]) is not zero, in all of them by default."""
-        if self._beginning is None and any(phase.action.wrist_prior == "home" for phase in self.phases):
+        if self._beginning is None and self._acting.leads_home:
             raise ValueError('the wrist prior "home" needs an instant to begin at, which says where hands wait')
         world_mask = self._every_world if world_mask is None else world_mask
         self._launch(

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,15 +25,20 @@ Columns = dict[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class Shard:
-    """One of several processes that share the chunks of an evaluation."""
+    """One of several processes that share the work, such as the chunks of an evaluation."""
 
     rank: int = 0
     count: int = 1
 
     @classmethod
-    def from_environment(cls) -> "Shard":
+    def from_environment(cls) -> Self:
         """What `torchrun` says in ``RANK`` and ``WORLD_SIZE``; without it, the only one."""
         return cls(int(os.environ.get("RANK", 0)), int(os.environ.get("WORLD_SIZE", 1)))
+
+    @property
+    def is_first(self) -> bool:
+        """Whether this one writes the files and reports."""
+        return self.rank == 0
 
 
 WHOLE = Shard()
@@ -78,7 +83,7 @@ def measure_chunks(
             if path is not None:
                 save_arrays(path, CHUNK_FORMAT, CHUNK_VERSION, measured[index])
         on_trial(rows.stop, trial_count)
-    if shard.rank > 0:
+    if not shard.is_first:
         return None
     for index, path in enumerate(paths):
         if path is not None and index not in measured:

@@ -11,23 +11,16 @@ from torch import distributed
 
 from artigrasp.config import SimulatorConfig
 from artigrasp.errors import UserError
+from artigrasp.evaluation.chunks import Shard
 
 
 @dataclass(frozen=True)
-class Processes:
+class Processes(Shard):
     """Which of how many processes this is.
 
     Every process simulates its share of the worlds. Their gradients are averaged, so that together they learn as one
     process with all worlds would.
     """
-
-    rank: int = 0
-    count: int = 1
-
-    @property
-    def is_first(self) -> bool:
-        """Whether this one writes the run's files and reports."""
-        return self.rank == 0
 
     @property
     def rsl_rl_settings(self) -> dict[str, int] | None:
@@ -73,7 +66,7 @@ ALONE = Processes()
 
 @contextlib.contextmanager
 def joined_processes(simulator: SimulatorConfig) -> Iterator[tuple[Processes, SimulatorConfig]]:
-    """Join the processes that `torchrun` started (it says so in ``RANK`` and ``WORLD_SIZE``).
+    """Join the processes that `torchrun` started.
 
     They talk by NCCL where each has a GPU, else by gloo; rsl-rl's own runner knows only the former.
 
@@ -84,7 +77,7 @@ def joined_processes(simulator: SimulatorConfig) -> Iterator[tuple[Processes, Si
         The processes, and what this one simulates on: a GPU of its own with the backend mjwarp where there are GPUs,
         else its share of the cores.
     """
-    processes = Processes(int(os.environ.get("RANK", 0)), int(os.environ.get("WORLD_SIZE", 1)))
+    processes = Processes.from_environment()
     if processes.count == 1:
         yield processes, simulator
         return

@@ -214,10 +214,7 @@ def _overlap_pairs(
     few = [_few_balls(each) for each in points]
     result = []
     for hand, (each, rows) in enumerate(zip(points, few, strict=True)):
-        origin = np.zeros((len(LINK_PARENTS), 3))
-        for link, parent in enumerate(LINK_PARENTS[1:], start=1):
-            origin[link] = origin[parent] + hands[hand].link_offset[link]
-        place = each.position + origin[each.link]
+        place = each.position + hands[hand].link_origin[each.link]
         one, other = (rows[index] for index in np.triu_indices(len(rows), 1))
         gap = np.linalg.norm(place[one] - place[other], axis=1) - each.radius[one] - each.radius[other]
         # Neighbours, and what touches in a flat hand, may overlap.

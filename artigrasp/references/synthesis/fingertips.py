@@ -10,6 +10,7 @@ from artigrasp.arrays import Array
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.hand_model import MIRROR_POSITION
 from artigrasp.assets.hand_surface import core_points
+from artigrasp.assets.hand_table import hand_table
 from artigrasp.kernels import states
 from artigrasp.kernels.kinematics import forward_kinematics
 from artigrasp.kernels.layout import DOF_COUNT, DOFS, TIP_LINKS, WRIST_DOF_COUNT
@@ -80,14 +81,12 @@ def start_poses(intents: Intents, hands: Sequence[HandModel], natural: NaturalPo
 
 def tip_centres(wrist: Array, angles: Array, hands: Sequence[HandModel], tips: Fingertips) -> Array:
     """Middles of the fingertips of N posed hands, in the frame of the wrist poses [m], shape [N, H, 5, 3]."""
-    state, model = states.hand_state(len(wrist), len(hands), "cpu"), states.hand_model(len(hands), "cpu")
-    for name in ("link_offset", "tip_offset"):
-        getattr(model, name).assign(np.stack([getattr(hand, name) for hand in hands]).astype(np.float32))
+    state = states.hand_state(len(wrist), len(hands), "cpu")
     joint_q = np.zeros((*wrist.shape[:2], DOF_COUNT), np.float32)
     joint_q[..., WRIST_DOF_COUNT:] = angles
     state.joint_q.assign(joint_q)
     state.hand_base.assign(wrist.astype(np.float32))
-    wp.launch(forward_kinematics, dim=wrist.shape[:2], inputs=[state, model], device="cpu")
+    wp.launch(forward_kinematics, dim=wrist.shape[:2], inputs=[state, hand_table(hands, "cpu")], device="cpu")
     frames = state.link_pose.numpy()[:, :, list(TIP_LINKS)].astype(np.float64)
     local = np.broadcast_to(tips.centre, (*frames.shape[:3], 3)).reshape(-1, 3)
     turned = Rotation.from_quat(frames[..., 3:].reshape(-1, 4)).apply(local)
