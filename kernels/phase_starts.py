@@ -4,7 +4,7 @@ import warp as wp
 
 from .kinematics import wrist_pose, wrist_twist
 from .phases import PhaseLimits, PhaseTable
-from .resets import ReferenceTable, set_hand_goal
+from .resets import ReferenceTable, set_hand_goal, start_counting
 from .states import Goal, HandModel, HandState, ObjectState, PhaseState
 
 wp.set_module_options({"enable_backward": False})
@@ -120,9 +120,6 @@ def begin_phases(
             )
         if goal.keeps[world, hand] == 0:
             move_hand_base(hand_state, world, hand)
-    phase.step[world] = 0
-    phase.settled_steps[world] = 0
-    phase.untouched_steps[world] = 0
-    phase.start_object_pose[world] = object_state.pose[world]
+    start_counting(phase, world, object_state.pose[world])
     if table.decides[index] != 0:
         phase.decision_step[world] = 0

@@ -123,6 +123,29 @@ def set_hand_goal(
     )
 
 
+@wp.func
+def set_object_goal(
+    goal: Goal, world: int, start_pose: wp.transform, start_angle: float, target_offset: wp.transform, angle: float
+):
+    """Write where the object of a world starts, and where it should go and open to."""
+    goal.start_object_pose[world] = start_pose
+    goal.start_angle[world] = start_angle
+    goal.target_angle[world] = angle
+    goal.target_object_pose[world] = wp.transform(
+        wp.transform_get_translation(start_pose) + wp.transform_get_translation(target_offset),
+        wp.transform_get_rotation(target_offset) * wp.transform_get_rotation(start_pose),
+    )
+
+
+@wp.func
+def start_counting(phase: PhaseState, world: int, object_pose: wp.transform):
+    """Let a phase begin now, with the object here."""
+    phase.step[world] = 0
+    phase.settled_steps[world] = 0
+    phase.untouched_steps[world] = 0
+    phase.start_object_pose[world] = object_pose
+
+
 @wp.kernel
 def reset_worlds(
     world_mask: wp.array[int],
@@ -173,25 +196,16 @@ def reset_worlds(
     object_state.velocity[world] = wp.spatial_vector()
     object_state.hinge_q[world] = start_angle
     object_state.hinge_qd[world] = 0.0
-    goal.start_object_pose[world] = object_pose
-    goal.start_angle[world] = start_angle
     target_angle = start_angle
     drawn_angle = wp.randf(random, settings.goal_lower, settings.goal_upper)
     if references.articulate[reference] != 0:
         target_angle = drawn_angle
     if goal_angle_fixed[world] >= 0.0:
         target_angle = goal_angle_fixed[world]
-    goal.target_angle[world] = target_angle
-    goal.target_object_pose[world] = wp.transform(
-        wp.transform_get_translation(object_pose) + wp.transform_get_translation(target_offset[world]),
-        wp.transform_get_rotation(target_offset[world]) * wp.transform_get_rotation(object_pose),
-    )
+    set_object_goal(goal, world, object_pose, start_angle, target_offset[world], target_angle)
+    start_counting(phase, world, object_pose)
     phase.index[world] = 0
-    phase.step[world] = 0
     phase.decision_step[world] = 0
-    phase.start_object_pose[world] = object_pose
-    phase.settled_steps[world] = 0
-    phase.untouched_steps[world] = 0
     phase.finished[world] = 0
     phase.retry_count[world] = 0
 
