@@ -3,7 +3,7 @@
 import logging
 import os
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -22,7 +22,9 @@ from artigrasp.files import check_folder
 if TYPE_CHECKING:
     from artigrasp.controllers.controller import Controller
     from artigrasp.controllers.policy_file import PolicyFile
+    from artigrasp.evaluation.chunks import Shard
     from artigrasp.evaluation.evaluate import Evaluation
+    from artigrasp.evaluation.experiment import Experiment
     from artigrasp.evaluation.protocols import Protocol
     from artigrasp.references.reference import ReferenceSet
 
@@ -105,7 +107,6 @@ def run(options: Options) -> int:
     check_folder(options.out)
     if options.per_object is not None and options.per_object < 1:
         raise UserError(f"per-object: expected a positive number, found {options.per_object}")
-
     if options.failures < 0:
         raise UserError(f"failures: expected 0 or more, found {options.failures}")
     if options.failures and (options.search or options.controller == "search"):
@@ -114,50 +115,16 @@ def run(options: Options) -> int:
     start_warp()
     from artigrasp.controllers.policy_file import load_policy
     from artigrasp.evaluation.chunks import Shard
-    from artigrasp.evaluation.evaluate import evaluate
     from artigrasp.evaluation.report import metrics_dict, metrics_table, write_report
 
-    protocol = _asked_protocol(options)
     brought = {file: load_policy(file) for file in files if file is not None}
     policy, grasp_policy = (None if file is None else brought[file] for file in files)
-    for file, content in brought.items() if protocol.unseen_objects else ():
-        if seen := set(options.objects) & set(content.objects):
-            raise UserError(f"objects: expected objects that {file} has not seen, found {', '.join(sorted(seen))}")
-    if brought:
-        protocol = _learned(protocol, {kind for each in brought.values() for kind in each.task.kinds})
-    if grasp_policy is not None and any(not each.sequence for each in protocol.experiments):
-        raise UserError(f"grasp-policy: expected a protocol of sequences only, found {options.protocol}")
+    protocol = _asked_protocol(options, brought)
     controllers = _asked_controllers(options, policy, grasp_policy)
-    shard = Shard.from_environment()
-    threads = options.simulator.threads or max(1, (os.cpu_count() or 1) // shard.count)
-
     parts = [(experiment, split) for split in protocol.splits for experiment in protocol.experiments]
-    reports = []
-    for experiment, split in parts:
-        # of some objects all image references are of one kind: they are measured in that experiment alone
-        played = [each for each in references if each.has(split, experiment.kinds)] if len(parts) > 1 else []
-        evaluations = []
-        for controller in controllers:
-            title = f"Measuring {controller.name}" + (f" on {split}" if len(parts) > 1 else "")
-            with progress_bar(title, hidden=options.json or shard.rank > 0) as progress:
-                evaluation = evaluate(
-                    controller,
-                    played or references,
-                    experiment,
-                    split=split,
-                    seed=options.seed,
-                    per_object=options.per_object,
-                    policies=[str(each) for each in brought] if controller.name.startswith("policy") else [],
-                    world_count=options.worlds,
-                    chunk_folder=options.out / CHUNKS,
-                    shard=shard,
-                    simulator=replace(options.simulator, threads=threads),
-                    on_trial=lambda done, total: progress("", int(done), total),
-                )
-            if evaluation is not None:
-                evaluations.append(evaluation)
-        reports.append(evaluations)
-    if shard.rank > 0:
+    shard = Shard.from_environment()
+    reports = _measure(parts, controllers, references, [str(each) for each in brought], shard, options)
+    if not shard.is_first:
         return 0
     for (experiment, split), evaluations in zip(parts, reports, strict=True):
         folder = options.out if len(parts) == 1 else options.out / f"{experiment.name}-{split}"
@@ -173,8 +140,52 @@ def run(options: Options) -> int:
     return 0
 
 
-def _asked_protocol(options: Options) -> "Protocol":
-    """The protocol with other goal angles, targets or splits than its own where they were asked for."""
+def _measure(
+    parts: Sequence[tuple["Experiment[Any]", str]],
+    controllers: Sequence["Controller"],
+    references: Sequence["ReferenceSet"],
+    policies: Sequence[str],
+    shard: "Shard",
+    options: Options,
+) -> "list[list[Evaluation[Any]]]":
+    """What every controller does in every experiment on its split; nothing but in the first process."""
+    from artigrasp.evaluation.evaluate import evaluate
+
+    threads = options.simulator.threads or max(1, (os.cpu_count() or 1) // shard.count)
+    reports = []
+    for experiment, split in parts:
+        # of some objects all image references are of one kind: they are measured in that experiment alone
+        played = [each for each in references if each.has(split, experiment.kinds)] if len(parts) > 1 else []
+        evaluations = []
+        for controller in controllers:
+            title = f"Measuring {controller.name}" + (f" on {split}" if len(parts) > 1 else "")
+            with progress_bar(title, hidden=options.json or not shard.is_first) as progress:
+                evaluation = evaluate(
+                    controller,
+                    played or references,
+                    experiment,
+                    split=split,
+                    seed=options.seed,
+                    per_object=options.per_object,
+                    policies=policies if controller.name.startswith("policy") else [],
+                    world_count=options.worlds,
+                    chunk_folder=options.out / CHUNKS,
+                    shard=shard,
+                    simulator=replace(options.simulator, threads=threads),
+                    on_trial=lambda done, total: progress("", int(done), total),
+                )
+            if evaluation is not None:
+                evaluations.append(evaluation)
+        reports.append(evaluations)
+    return reports
+
+
+def _asked_protocol(options: Options, policies: "Mapping[Path, PolicyFile]") -> "Protocol":
+    """The protocol with other goal angles, targets or splits than its own where they were asked for.
+
+    Raises:
+        UserError: It is none for these policies.
+    """
     from artigrasp.evaluation.articulation import ARTICULATION, toward
     from artigrasp.evaluation.composed import COMPOSED, with_retries
     from artigrasp.evaluation.grasping import GRASPING, with_targets
@@ -189,7 +200,15 @@ def _asked_protocol(options: Options) -> "Protocol":
     if options.retries:
         instead[COMPOSED.name] = with_retries(options.retries)
     splits = protocol.splits if options.split is None else (options.split,)
-    return replace(protocol, experiments=tuple(instead[each.name] for each in protocol.experiments), splits=splits)
+    protocol = replace(protocol, experiments=tuple(instead[each.name] for each in protocol.experiments), splits=splits)
+    for file, content in policies.items() if protocol.unseen_objects else ():
+        if seen := set(options.objects) & set(content.objects):
+            raise UserError(f"objects: expected objects that {file} has not seen, found {', '.join(sorted(seen))}")
+    if policies:
+        protocol = _learned(protocol, {kind for each in policies.values() for kind in each.task.kinds})
+    if options.grasp_policy is not None and any(not each.sequence for each in protocol.experiments):
+        raise UserError(f"grasp-policy: expected a protocol of sequences only, found {options.protocol}")
+    return protocol
 
 
 def _asked_controllers(

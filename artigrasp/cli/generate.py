@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from artigrasp.assets.library import find_file
 from artigrasp.cli.output import show, show_json
@@ -13,6 +13,10 @@ from artigrasp.cli.warp_start import start_warp
 from artigrasp.config import SimulatorConfig
 from artigrasp.errors import UserError
 from artigrasp.files import check_target
+
+if TYPE_CHECKING:
+    from artigrasp.motion.motion import Motion
+    from artigrasp.references.reference import ReferenceSet
 
 
 @dataclass(frozen=True)
@@ -69,15 +73,11 @@ class Options:
 def run(options: Options) -> int:
     """Generate the motion."""
     from artigrasp.assets.object import load_object
-    from artigrasp.references.reference import join_references, load_references
 
     files = [None if each is None else find_file("policies", each) for each in (options.policy, options.grasp_policy)]
     if options.grasp_policy is not None and options.sequence is None:
         raise UserError("grasp-policy: expected a --sequence in which it acts, found none")
-    references = load_references(options.object)
-    reference = references.select(split=options.split, kind="articulate", indices=options.reference)
-    if options.sequence is not None:
-        grasp = references.select(split=options.split, kind="grasp", indices=options.grasp_reference)
+    references = _played(options)
     widest = load_object(options.object).hinge_upper
     if not 0 <= options.target_angle <= widest:
         expected = f"0 to {widest:.2f} rad, as far as {options.object} opens"
@@ -94,25 +94,21 @@ def run(options: Options) -> int:
     policy, grasp_policy = (None if file is None else load_policy(file) for file in files)
     brought = policy or grasp_policy
     name = options.controller or ("pd-ik" if brought is None else "policy")
-    whole: dict[str, Any] = {}
-    if options.sequence is not None:
-        first, second = (grasp, reference) if options.sequence.startswith("grasp") else (reference, grasp)
-        reference = join_references([first, second])
-        half = options.target_yaw / 2
-        offset = (*options.target_shift, 0.0, 0.0, math.sin(half), math.cos(half))
-        sequence = SEQUENCES[options.sequence]
-        whole = {"sequence": sequence, "target_offset": offset, "retry_count": options.retries}
     task = played_task(options.task or (None if options.sequence is None or brought else "both-free"), brought)
     controller = make_controller(
         name, task=task, policy=policy, grasp_policy=grasp_policy, search=options.search, seed=options.seed
     )
-    total_steps = (
-        (1 + options.retries) * sum(each.most_steps for each in sequence) if whole else controller.task.episode_steps
-    )
+    whole: dict[str, Any] = {}
+    total_steps = controller.task.episode_steps
+    if options.sequence is not None:
+        sequence, half = SEQUENCES[options.sequence], options.target_yaw / 2
+        offset = (*options.target_shift, 0.0, 0.0, math.sin(half), math.cos(half))
+        whole = {"sequence": sequence, "target_offset": offset, "retry_count": options.retries}
+        total_steps = (1 + options.retries) * sum(each.most_steps for each in sequence)
     with progress_bar("Simulating", hidden=options.json) as progress:
         motion = generate(
             controller,
-            reference,
+            references,
             options.target_angle,
             **whole,
             seed=options.seed,
@@ -121,19 +117,36 @@ def run(options: Options) -> int:
             on_plan=lambda done, total: progress("searching", done, total),
         )
     save_motion(options.out, motion)
+    _tell(motion, controller.name, options)
+    return 0
+
+
+def _played(options: Options) -> "ReferenceSet":
+    """The articulation reference, and before or after it that of the grasp if there is a sequence."""
+    from artigrasp.references.reference import join_references, load_references
+
+    references = load_references(options.object)
+    reference = references.select(split=options.split, kind="articulate", indices=options.reference)
+    if options.sequence is None:
+        return reference
+    grasp = references.select(split=options.split, kind="grasp", indices=options.grasp_reference)
+    return join_references([grasp, reference] if options.sequence.startswith("grasp") else [reference, grasp])
+
+
+def _tell(motion: "Motion", controller: str, options: Options) -> None:
+    """Print what happened."""
     phases = dict(line.split(": ") for line in motion.provenance.get("phases", "").splitlines())
     if options.json:
         show_json(
             {"motion": str(options.out), "metrics": dict(motion.metrics)} | ({"phases": phases} if phases else {})
         )
-        return 0
+        return
     show(
         f"{motion.object}: opened to {motion.metrics['final_angle']:.2f} rad, target {motion.target_angle:.2f} rad, "
-        f"by {controller.name} from {motion.provenance['reference']}"
+        f"by {controller} from {motion.provenance['reference']}"
     )
     if phases:
         distance, turn = motion.metrics["position_error"], motion.metrics["rotation_error"]
         show(f"{100 * distance:.1f} cm and {turn:.2f} rad from its target pose")
         show(", ".join(f"{name} {outcome}" for name, outcome in phases.items()))
     show(f"wrote {options.out}")
-    return 0
