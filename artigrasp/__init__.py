@@ -1,7 +1,6 @@
 """Two simulated hands grasp, carry and open hinged objects: ArtiGrasp on Warp and Newton.
 
-The names below are the stable interface; the command line calls nothing else of weight. They are imported on first use,
-so that ``import artigrasp`` stays light::
+The names below are the stable interface. They are imported on first use, so that ``import artigrasp`` stays light::
 
     import artigrasp
     references = artigrasp.load_references("lidded-box").select(split="test", kind="articulate", indices=0)

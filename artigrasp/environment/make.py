@@ -18,14 +18,17 @@ def make_environment(
     seed: int = 0,
     simulator: SimulatorConfig = SimulatorConfig(),
 ) -> Environment:
-    """Share a task's worlds between objects and kinds; each draws a reference of the split and a goal at every reset.
+    """Make the worlds of a task; each draws a reference of the split and a goal at every reset.
 
     Args:
         task: What is simulated and rewarded.
-        objects: Names of the objects.
+        objects: Names of the objects, between which and the kinds of references the worlds are shared.
         split: Split whose references are played.
         seed: Seed of everything that is drawn.
         simulator: Backend, device and threads.
+
+    Returns:
+        An environment of ``task.world_count`` worlds that has yet to be reset.
 
     Raises:
         UserError: An object, backend or device is unknown, or an object has no reference of the split and the task's

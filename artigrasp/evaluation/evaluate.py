@@ -82,7 +82,8 @@ def evaluate(
     Args:
         controller: What acts.
         references: One set per object.
-        experiment: What is measured.
+        experiment: What is measured, such as one of the ``experiments`` of
+            :func:`artigrasp.evaluation.protocols.get_protocol`.
         split: Split to measure.
         seed: Seed of randomly drawn targets and of the environment.
         policies: Paths of the policy files, for the record.
@@ -109,9 +110,7 @@ def evaluate(
     trials = experiment.draw_trials(chosen, seed)
     if per_object is not None:
         trials = trials.spread(per_object)
-    settings = protocol_settings(controller, chosen, simulator)
-    if experiment.retry_count:
-        settings["retries"] = experiment.retry_count
+    settings = _protocol_settings(controller, chosen, experiment, simulator)
     parallel = controller.parallel_count if isinstance(controller, Planner) else 1
     stem = None
     if chunk_folder is not None:
@@ -175,10 +174,10 @@ def choose_references(
     return [each.select(split=split, kind=experiment.kinds, hands=hands) for each in references]
 
 
-def protocol_settings(
-    controller: Controller, references: Sequence[ReferenceSet], simulator: SimulatorConfig
+def _protocol_settings(
+    controller: Controller, references: Sequence[ReferenceSet], experiment: Experiment[Any], simulator: SimulatorConfig
 ) -> dict[str, object]:
-    """What the numbers depend on besides the controller: the scene, its physics and package versions."""
+    """What the numbers depend on besides the controller: the scene, its physics, package versions and retries."""
     task = controller.task
     return {
         "hand": references[0].hand,
@@ -188,6 +187,7 @@ def protocol_settings(
         "backend": simulator.backend,
         **to_dict(task.physics),
         **{name: importlib.metadata.version(name) for name in ("newton", "mujoco", "warp-lang")},
+        **({"retries": experiment.retry_count} if experiment.retry_count else {}),
     }
 
 

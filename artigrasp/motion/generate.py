@@ -53,6 +53,10 @@ def generate(
 
     Returns:
         One sample per control step and one for the start.
+
+    Raises:
+        ValueError: There are more or fewer references than are played.
+        UserError: An asset, backend or device is missing.
     """
     if len(references) != (1 if sequence is None else 2):
         expected = "exactly one" if sequence is None else "two"

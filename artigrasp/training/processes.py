@@ -13,6 +13,9 @@ from artigrasp.config import SimulatorConfig
 from artigrasp.errors import UserError
 from artigrasp.evaluation.chunks import Shard
 
+_SEED_STRIDE = 1_000_003
+"""Between the seeds of one process and the next."""
+
 
 @dataclass(frozen=True)
 class Processes(Shard):
@@ -28,6 +31,10 @@ class Processes(Shard):
         if self.count == 1:
             return None
         return {"global_rank": self.rank, "local_rank": self.rank, "world_size": self.count}
+
+    def own_seed(self, seed: int) -> int:
+        """A seed of this process's own; the first one keeps the common seed."""
+        return seed + self.rank * _SEED_STRIDE
 
     def share(self, worlds: int) -> int:
         """This process's share of the worlds.

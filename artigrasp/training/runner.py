@@ -28,9 +28,6 @@ CHECKPOINT, POLICY, BEST_POLICY = "latest.pt", "policy.pt", "best.pt"
 SAVE_SECONDS = 300.0
 """Age of the checkpoint from which another is written after the next iteration, however many those were [s]."""
 
-_PROCESS_STRIDE = 1_000_003
-"""Between the seeds of exploration of one process and the next."""
-
 
 class TrainingFailedError(Exception):
     """The learner's numbers are none any more; the checkpoint is that of the last iteration in which they were."""
@@ -90,8 +87,8 @@ class Runner:
         torch.set_num_threads(1)  # while the physics steps; a second pool of threads would only disturb it
         torch.manual_seed(seed)
         self.learners = Learners(self.task, env.get_observations(), env.num_actions, processes)
-        if processes.rank > 0:
-            torch.manual_seed(seed + processes.rank * _PROCESS_STRIDE)
+        if not processes.is_first:
+            torch.manual_seed(processes.own_seed(seed))
         self.iteration = 0
         self.control_steps = 0
         self.wall_time = 0.0

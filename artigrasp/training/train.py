@@ -18,9 +18,6 @@ from artigrasp.training.vec_env import HandVecEnv
 
 logger = logging.getLogger(__name__)
 
-_PROCESS_STRIDE = 1_000_003
-"""Between the seeds of the worlds of one process and the next."""
-
 OnIteration = Callable[[IterationReport, Runner], None]
 
 
@@ -73,7 +70,7 @@ def train_run(
     """
     simulator = replace(simulator, threads=simulator.threads or os.cpu_count() or 1)
     task = replace(run.task, world_count=processes.share(run.task.world_count))
-    seed = run.seed + processes.rank * _PROCESS_STRIDE
+    seed = processes.own_seed(run.seed)
     environment = make_training_environment(task, run.objects, split=run.split, seed=seed, simulator=simulator)
     evaluation = None
     if task.ppo.evaluation_interval:
