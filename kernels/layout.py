@@ -66,7 +66,7 @@ FEATURES = (
     Feature("contact_goal", 2 * LINK_COUNT, "link", "target 0/1, then target minus current"),
     Feature("angle_error", 1, "hinge", "rad"),
 )
-"""The paper's features (H, O, G), version 1: 279 numbers per hand."""
+"""The paper's features (H, O, G): 279 numbers per hand."""
 FEATURES_VERSION = 1
 FEATURE_COUNT = sum(feature.size for feature in FEATURES)
 

@@ -4,11 +4,10 @@ from artigrasp.config import CurriculumConfig, TaskConfig
 from artigrasp.errors import unknown
 from artigrasp.tasks import artigrasp, both_grasp_replay, right_fixed_synergy, right_free_replay
 
-TASKS: dict[str, TaskConfig] = {
-    task.name: task
-    for family in (artigrasp.TASKS, right_fixed_synergy.TASKS, right_free_replay.TASKS, both_grasp_replay.TASKS)
-    for task in family
-}
+FAMILIES = (artigrasp, right_fixed_synergy, right_free_replay, both_grasp_replay)
+"""The files that hold tasks."""
+
+TASKS: dict[str, TaskConfig] = {task.name: task for family in FAMILIES for task in family.TASKS}
 """All tasks by name."""
 
 CURRICULA: dict[str, CurriculumConfig] = {each.name: each for family in (artigrasp.CURRICULA,) for each in family}

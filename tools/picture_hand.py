@@ -1,6 +1,6 @@
 """Picture a hand: spread, at rest and as a fist; its skin from either side, and the links that collide.
 
-    python -m tools.picture_hand docs/images/open-hand.webp [--hand open] [--side right]
+    python -m tools.picture_hand docs/images/open-hand.webp [--hand open] [--side right] [--size 240]
 
 Fists show whether the skin folds as it should, spread fingers whether it has gaps.
 """
@@ -33,8 +33,6 @@ BACK, PALM = (0.7071068, 0.0, 0.0, 0.7071068), (-0.7071068, 0.0, 0.0, 0.7071068)
 """Turns of the wrist such that either side of the hand looks up, quaternion xyzw."""
 DIRECTION = (np.radians(-70.0), np.radians(50.0))
 """Where the camera is: azimuth from x, elevation [rad]."""
-SIZE = 240
-"""Width and height of each picture [px]."""
 
 
 def shown_angles() -> list[Array]:
@@ -59,6 +57,7 @@ def main() -> None:
     parser.add_argument("out", type=Path)
     parser.add_argument("--hand", default="open")
     parser.add_argument("--side", choices=HANDS, default="right")
+    parser.add_argument("--size", type=int, default=240, help="width and height of each picture [px]")
     options = parser.parse_args()
     start_warp()
     hand = load_hand(options.hand, options.side)
@@ -71,7 +70,7 @@ def main() -> None:
         links = reference_link_poses(posed, [hand] * len(angles))
         scenes = [on_the_floor(surface.posed(each)) for each in links]
         view = look_at(np.concatenate([each.vertices for each in scenes]), DIRECTION, 1.0)
-        row = [render_surface(each, surface.colours, view, width=SIZE, height=SIZE) for each in scenes]
+        row = [render_surface(each, surface.colours, view, width=options.size, height=options.size) for each in scenes]
         rows.append(np.concatenate(row, axis=1))
     save_image(np.concatenate(rows), options.out)
 

@@ -7,7 +7,7 @@ from typing import Literal
 import platformdirs
 
 import artigrasp.assets_usd
-from artigrasp.errors import unknown
+from artigrasp.errors import UserError, unknown
 
 AssetKind = Literal["hands", "objects", "references", "policies", "stories"]
 SUFFIX: dict[AssetKind, str] = {
@@ -84,7 +84,11 @@ def find_file(kind: AssetKind, name: str) -> Path:
     """The file of an asset, given by its path or by its name.
 
     Raises:
-        UserError: There is neither; suggests the nearest name.
+        UserError: There is neither; suggests the nearest name, unless it was a path.
     """
     path = Path(name)
-    return path if path.is_file() else find_asset(kind, name)
+    if path.is_file():
+        return path
+    if path.suffix == SUFFIX[kind] or len(path.parts) > 1:
+        raise UserError(f"{name}: no such file")
+    return find_asset(kind, name)

@@ -58,7 +58,9 @@ def run(options: Options) -> int:
     if path.suffix != ".usda":
         raise UserError(f"{path}: expected a name that ends in .usda")
     check_target(path)
-    read = read_urdf_object if options.file.suffix.lower() == ".urdf" else read_usd_object
+    if (suffix := options.file.suffix.lower()) not in (".urdf", ".usd", ".usda", ".usdc", ".usdz"):
+        raise UserError(f"{options.file}: expected a .urdf, .usd, .usda or .usdc file")
+    read = read_urdf_object if suffix == ".urdf" else read_usd_object
     with progress_bar("Importing", hidden=options.json) as progress:
         source = read(options.file, options.root)
         write_object(make_imported(source, name, path, density=options.density, progress=progress))

@@ -147,17 +147,18 @@ class ReferenceSet:
         if kind is not None:
             rows = rows[np.isin(self.kind[rows], kind)]
         rows = rows[self.active[rows][:, [HANDS.index(side) for side in hands]].any(axis=1)]
-        chosen = f"{self.object}: references" + "".join(f" of {name!r}" for name in (split, kind) if name is not None)
+        wanted = ((each,) if isinstance(each, str) else each for each in (split, kind) if each is not None)
+        chosen = f"{self.object}: references" + "".join(f" of {' or '.join(map(repr, each))}" for each in wanted)
         chosen += f" of the {hands[0]} hand" if len(hands) == 1 else ""
         if not len(rows):
             there = ", ".join(f"{s} {k}" for s in self.splits() for k in sorted(set(self.kind[self._in_split(s)])))
             raise UserError(f"{chosen}: found none; there are {there or 'no references at all'}")
         if indices is not None:
-            wanted = np.atleast_1d(np.asarray(indices, np.int64))
-            outside = wanted[(wanted < 0) | (wanted >= len(rows))]
+            picked = np.atleast_1d(np.asarray(indices, np.int64))
+            outside = picked[(picked < 0) | (picked >= len(rows))]
             if len(outside):
                 raise UserError(f"{chosen}: expected indices from 0 to {len(rows) - 1}, found {outside[0]}")
-            rows = rows[wanted]
+            rows = rows[picked]
         return replace(self, **{name: getattr(self, name)[rows] for name in (*_SHAPES, *_POSES)})
 
 

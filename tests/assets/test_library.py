@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from artigrasp.assets.library import asset_roots, find_asset, import_root, list_assets, packaged_root
+from artigrasp.assets.library import asset_roots, find_asset, find_file, import_root, list_assets, packaged_root
 from artigrasp.errors import UserError
 
 
@@ -51,3 +51,12 @@ def test_nothing_there_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setenv("ARTIGRASP_ASSETS", str(tmp_path))
     with pytest.raises(UserError, match="unknown hand 'xyz': expected one of open_left, open_right"):
         find_asset("hands", "xyz")
+
+
+def test_a_path_that_is_not_there_is_no_unknown_name(tmp_path: Path) -> None:
+    """Who names a file that is missing is told so, and who misspells a name is told which are known."""
+    for name in ("mine.pt", str(tmp_path / "mine")):
+        with pytest.raises(UserError, match=f"^{name}: no such file$"):
+            find_file("policies", name)
+    with pytest.raises(UserError, match="unknown policy 'liddedbox': did you mean 'lidded-box'"):
+        find_file("policies", "liddedbox")

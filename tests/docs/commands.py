@@ -37,16 +37,17 @@ class Command:
         return shlex.join([*(f"{name}={value}" for name, value in self.environment), self.program, *self.words])
 
 
-def read_commands(document: Path) -> list[Command]:
-    """The commands of a document: lines of its blocks, and inline code that begins like one."""
+def read_commands(document: Path, *, fenced: bool = True, prose: bool = True) -> list[Command]:
+    """The commands of a document: lines of its blocks, what begins like one in its prose, or both."""
     text = document.read_text(encoding="utf-8")
-    fenced = re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL)
-    prose = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
+    blocks = re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL) if fenced else []
+    outside = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
     program = r"(?:[A-Z_]+=\S+ )*(?:artigrasp [\w-]+\s|python (?:-m )?tools[./][\w.]+)"
-    indented = re.findall(rf"^    ({program}(?:[^\\\n]|\\\n)*)", prose, flags=re.MULTILINE)
-    inline = [" ".join(code.split()) for code in re.findall(rf"`({program}[^`]*)`", prose)]
-    lines = [line.strip() for block in fenced for line in block.replace("\\\n", " ").splitlines()]
-    lines += [line.replace("\\\n", " ").replace("=... ", "= ") for line in indented + inline]
+    indented = re.findall(rf"^    ({program}(?:[^\\\n]|\\\n)*)", outside, flags=re.MULTILINE)
+    inline = [" ".join(code.split()) for code in re.findall(rf"`({program}[^`]*)`", outside)]
+    lines = [line.strip() for block in blocks for line in block.replace("\\\n", " ").splitlines()]
+    if prose:
+        lines += [line.replace("\\\n", " ").replace("=... ", "= ") for line in indented + inline]
     variables = {"OBJECTS": EIGHT}
     found = []
     for line in lines:
@@ -74,4 +75,5 @@ def _command(document: Path, line: str) -> Command | None:
     if words[0] == "python" and (tool := re.fullmatch(r"tools[./](\w+?)(\.py)?", words[2 if words[1] == "-m" else 1])):
         words = [f"tools.{tool[1]}", *words[3 if words[1] == "-m" else 2 :]]
     program, *rest = words
+    program = program.removeprefix(".venv/bin/")
     return Command(str(document.relative_to(ROOT)), tuple(environment), program, tuple(rest))

@@ -28,7 +28,7 @@ STAND_IN = "open-box"
 LEARNED = "waffleiron"
 """What the policies learned on; they have not seen the others."""
 STORY = "ketchup-into-box"
-"""A story of which only the first step is told."""
+"""A story of which only the second step is told, which is the shortest."""
 TRAINED = {
     "right-fixed": (),
     "right-fixed-synergy": (),
@@ -68,7 +68,7 @@ def lay_out(desk: Path) -> None:
         for policy, task in POLICIES.items():
             shutil.copy(Path("runs", task, "TIME", "policy.pt"), policy)
         write_report([evaluation_of(outcomes_of(4))], Path("RUN"))
-        for name in ("motion.npz", "story.npz", "MOTION", "MOTION.npz"):
+        for name in ("motion.npz", "laptop.npz", "story.npz", "MOTION", "MOTION.npz"):
             save_motion(Path(name), example_motion(hands=("left", "right")))
         write_release(Path("PATH"))
         for side in ("left", "right"):
@@ -81,10 +81,11 @@ def lay_out(desk: Path) -> None:
         _stand_in("waffleiron", Path("synthesised"))
         Path("runs", "TASK").symlink_to("right-fixed")
         Path("EVALUATION").symlink_to("RUN")
+        Path("assets_usd").symlink_to(ROOT / "assets_usd")
         Path("demo").mkdir()
         shutil.copy("motion.npz", "demo")
         story = yaml.safe_load(find_asset("stories", STORY).read_text(encoding="utf-8"))
-        Path(STORY).write_text(yaml.safe_dump({**story, "steps": story["steps"][:1]}), encoding="utf-8")
+        Path(STORY).write_text(yaml.safe_dump({**story, "steps": story["steps"][1:2]}), encoding="utf-8")
 
 
 def _train(task: str, folder: Path) -> None:

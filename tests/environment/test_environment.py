@@ -16,7 +16,7 @@ from artigrasp.environment.action_columns import action_count
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.worlds import trial_worlds
 from artigrasp.errors import UserError
-from artigrasp.kernels.layout import feature_slice
+from artigrasp.kernels.layout import FEATURE_COUNT, feature_slice
 from artigrasp.kernels.rewards import TERMS
 from artigrasp.references.reference import load_references
 from tests.environment.examples import (
@@ -251,7 +251,8 @@ def test_two_hands_and_a_free_base(paper: Environment) -> None:
     before = snapshot(environment)
     play(environment, random_actions(environment, 60))
     after = snapshot(environment)
-    assert after["features"].shape == (3, 2, 279) and all(np.isfinite(array).all() for array in after.values())
+    assert after["features"].shape == (3, 2, FEATURE_COUNT)
+    assert all(np.isfinite(array).all() for array in after.values())
     assert not after["reward"][:, 0].any() and after["reward"][:, 1].all()
     idle = np.linalg.norm(after["link_pose"][:, 0, 0, :3] - before["link_pose"][:, 0, 0, :3], axis=-1)
     assert idle.max() < 0.05 and not after["contact_force"][:, 0].any()

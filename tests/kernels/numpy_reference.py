@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from artigrasp.arrays import Array
-from artigrasp.kernels.layout import ARTICULATED, LINK_PARENTS, LINKS, TIP_LINKS, feature_slice
+from artigrasp.kernels.layout import ARTICULATED, FEATURE_COUNT, LINK_PARENTS, LINKS, TIP_LINKS, feature_slice
 from tests.kernels.samples import Sample
 
 Frame = tuple[Array, Array]
@@ -216,7 +216,7 @@ def features(sample: Sample) -> Array:
         "contact_goal": np.concatenate([sample.contacts, sample.contacts - contact], axis=-1),
         "angle_error": np.broadcast_to((sample.angle - sample.hinge_q)[:, None, None], (*hands, 1)),
     }
-    result = np.full((*hands, 279), np.nan)
+    result = np.full((*hands, FEATURE_COUNT), np.nan)
     for name, block in blocks.items():
         result[..., feature_slice(name)] = block
     return result

@@ -147,6 +147,8 @@ def test_select_of_nothing_says_what_there_is() -> None:
     """An empty selection and an index out of range are errors that name what there is."""
     with pytest.raises(UserError, match="lidded-box: references of 'recon': found none; there are test articulate, "):
         example().select(split="recon")
+    with pytest.raises(UserError, match="'recon' of 'articulate' or 'grasp' of the left hand: found none"):
+        example().select(split="recon", kind=("articulate", "grasp"), hands=["left"])
     with pytest.raises(UserError, match="expected indices from 0 to 1, found 2"):
         example().select(split="train", indices=[0, 2])
 
