@@ -28,7 +28,7 @@ STAND_IN = "open-box"
 LEARNED = "waffleiron"
 """What the policies learned on; they have not seen the others."""
 STORY = "ketchup-into-box"
-"""A story of which only the second step is told, which is the shortest."""
+"""A story of which only the second step is told, the shortest, which is content with anything."""
 TRAINED = {
     "right-fixed": (),
     "right-fixed-synergy": (),
@@ -85,7 +85,8 @@ def lay_out(desk: Path) -> None:
         Path("demo").mkdir()
         shutil.copy("motion.npz", "demo")
         story = yaml.safe_load(find_asset("stories", STORY).read_text(encoding="utf-8"))
-        Path(STORY).write_text(yaml.safe_dump({**story, "steps": story["steps"][1:2]}), encoding="utf-8")
+        opening = {**story["steps"][1], "tolerance": 2.0}
+        Path(STORY).write_text(yaml.safe_dump({**story, "steps": [opening]}), encoding="utf-8")
 
 
 def _train(task: str, folder: Path) -> None:
