@@ -17,6 +17,7 @@ FOLLOWED = ROOT / "docs" / "extending.md"
 
 NOT_RUN = {
     "make demo": "tests/cli/test_demo.py carries and opens an object",
+    "artigrasp demo --object open-waffle-iron": "tests/cli/test_demo.py does",
     "make test": "runs this",
     "source .venv/bin/activate": "is for the reader's shell",
     "tools.author_gallery": "writes the page and the pictures that are shown",
