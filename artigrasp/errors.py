@@ -3,13 +3,26 @@
 import difflib
 from collections.abc import Iterable
 
+LONGEST_MESSAGE = 2000
+"""Characters of a message; of longer ones the middle is left out."""
+
 
 class UserError(Exception):
     """Bad usage or bad input; the message is one line that says how to mend it.
 
     The message names the file, the field, what was expected and what was found, whichever apply. The command line
-    prints it without a traceback and exits with code 2.
+    prints it without a traceback and exits with code 2. Whatever was found in somebody's file, it stays one line that
+    is not too long, and does nothing to a terminal.
+
+    Args:
+        message: The message. Breaks of lines become spaces, other characters that cannot be printed escapes.
     """
+
+    def __init__(self, message: str) -> None:
+        line = " ".join(message.splitlines())
+        line = "".join(each if each.isprintable() else repr(each)[1:-1] for each in line)
+        half = LONGEST_MESSAGE // 2
+        super().__init__(line if len(line) <= LONGEST_MESSAGE else f"{line[:half]} ... {line[-half:]}")
 
 
 def nearest(name: str, candidates: Iterable[str]) -> str | None:

@@ -7,11 +7,12 @@ builds are stand-ins of this module, which become arrays and dictionaries once i
 """
 
 import io
+import itertools
 import math
 import pickle
 import pickletools
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,12 @@ from artigrasp.errors import UserError
 
 MAX_BYTES = 2**30
 """Files larger than this are refused."""
+
+_INTEGER_BITS = 64
+"""Of a whole number; Python refuses to make text, such as that of an error, of one of a few thousand digits."""
+
+_OBJECT_BYTES = 64
+"""What a Python object takes at least, about."""
 
 ENCODING = "latin1"
 """How text of Python 2 is read: the only way in which its arrays can be."""
@@ -81,7 +88,9 @@ def _read(path: Path) -> bytes:
 def _load(path: Path, program: bytes, classes: Collection[str]) -> Any:
     try:
         _check_sizes(program)
-        return _plain(_Unpickler(io.BytesIO(program), classes).load(), {})
+        value = _plain(_Unpickler(io.BytesIO(program), classes).load(), {})
+        check_bounded(value)
+        return value
     except Exception as error:  # A damaged program can fail in any way.
         raise _refusal(path, error) from None
 
@@ -251,6 +260,44 @@ def _plain(value: Any, done: dict[int, Any]) -> Any:
     else:
         raise ValueError(f"expected arrays, dictionaries, lists, text and numbers, found {type(value).__name__}")
     return plain
+
+
+def check_bounded(value: Any, limit: float = MAX_BYTES) -> None:
+    """Refuse data that is short to write, and endless where somebody makes arrays or text of it.
+
+    Args:
+        value: Dictionaries, lists, tuples, arrays or tensors, text and numbers.
+        limit: What it may take if everything in it was there as often as it occurs [bytes].
+
+    Raises:
+        ValueError: A number has too many digits, a list holds itself, or the same lists over and over.
+    """
+    if _unshared_size(value, {}) > limit:
+        raise ValueError("expected no list that holds itself, or the same lists over and over")
+
+
+def _unshared_size(value: Any, sizes: dict[int, float]) -> float:
+    """What data would take if nothing in it was shared [bytes], infinity if it holds itself.
+
+    Args:
+        value: The data.
+        sizes: Of containers by identity.
+    """
+    if isinstance(value, int) and value.bit_length() > _INTEGER_BITS:
+        raise ValueError(f"expected whole numbers of at most {_INTEGER_BITS} bits, found one of {value.bit_length()}")
+    if isinstance(value, str | bytes | bytearray):
+        return _OBJECT_BYTES + len(value)
+    is_objects = isinstance(value, np.ndarray) and value.dtype == object
+    if not is_objects and not isinstance(value, dict | list | tuple):
+        return _OBJECT_BYTES + int(getattr(value, "nbytes", 0))
+    if id(value) not in sizes:
+        sizes[id(value)] = math.inf
+        if isinstance(value, dict):
+            items: Iterable[Any] = itertools.chain(value, value.values())
+        else:
+            items = value.flat if isinstance(value, np.ndarray) else value
+        sizes[id(value)] = _OBJECT_BYTES + sum(_unshared_size(item, sizes) for item in items)
+    return sizes[id(value)]
 
 
 def _array(shape: Any, dtype: str, fortran_order: Any, data: Any) -> NDArray[Any]:

@@ -6,15 +6,20 @@ import os
 import pickle
 import warnings
 import zipfile
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import torch
+import yaml
 from hypothesis import event, settings
 from hypothesis import strategies as st
 
+from artigrasp.assets.mano_hand import CLASSES
 from artigrasp.errors import UserError
+from artigrasp.restricted_pickle import read_pickle
 
 KINDS = ("missing", "cut", "bytes", "member", "array", "unit", "huge", "text", "line", "value", "pickle", "made up")
 TRAPS = {
@@ -100,7 +105,7 @@ def damage(data: st.DataObject, path: Path, sign: Path) -> str:
         first, second = (data.draw(st.integers(0, max(len(lines) - 1, 0))) for _ in range(2))
         lines[first : first + 1] = lines[second : second + data.draw(st.integers(0, 2))]
         path.write_text("\n".join(lines))
-    elif kind == "value" and path.suffix == ".json":
+    elif kind == "value" and path.suffix in DOCUMENTS:
         damage_value(data, path)
     elif kind == "array" and is_array:
         damage_array(data, path)
@@ -140,15 +145,92 @@ def damage_member(data: st.DataObject, path: Path) -> None:
 
 
 def damage_value(data: st.DataObject, path: Path) -> None:
-    """Put something else at a place of a JSON file."""
-    document = {"": json.loads(path.read_text())}
-    place, key = document, ""
-    while isinstance(place[key], dict | list) and len(place[key]) and data.draw(st.integers(0, 5)):
-        place = place[key]
-        keys = sorted(place) if isinstance(place, dict) else range(len(place))
+    """Put something else at a place of a document, be it JSON, YAML, a pickle or what PyTorch saves."""
+    load, save, other = DOCUMENTS[path.suffix]
+    document = load(path)
+    save(path, replaced(data, document, {**VALUES, **other}))
+
+
+def replaced(data: st.DataObject, value: Any, others: dict[str, Any]) -> Any:
+    """A copy of a document with something else at one place of it, or of the JSON in one of its texts.
+
+    Args:
+        data: Draws the place and what comes there.
+        value: The document.
+        others: What may come there, by a name to draw it by: some of it is too much to be shown.
+    """
+    if isinstance(value, str) and value[:1] == "{":
+        return json.dumps(replaced(data, json.loads(value), VALUES))
+    if isinstance(value, dict | list | tuple) and len(value) and data.draw(st.integers(0, 5)):
+        copy: Any = dict(value) if isinstance(value, dict) else list(value)
+        keys = sorted(copy, key=str) if isinstance(copy, dict) else range(len(copy))
         key = data.draw(st.sampled_from(keys))
-    place[key] = data.draw(st.sampled_from([None, True, -1, 0, 10**400, 1e308, "", "../../x", "\n", [], {}, [[]]]))
-    path.write_text(json.dumps(document[""]))
+        copy[key] = replaced(data, copy[key], others)
+        return tuple(copy) if isinstance(value, tuple) else copy
+    return others[data.draw(st.sampled_from(sorted(others)))]
+
+
+def lists_of_the_same(depth: int, width: int) -> list[Any]:
+    """A list of a list of a list, and so on, each of which occurs more than once: short to write, endless to read."""
+    value: list[Any] = [0.5]
+    for _ in range(depth):
+        value = [value] * width
+    return value
+
+
+def lists_of_itself() -> list[Any]:
+    """A list that holds itself."""
+    value: list[Any] = []
+    value.append(value)
+    return value
+
+
+def _save_plain(path: Path, value: Any) -> None:
+    path.write_bytes(pickle.dumps(value))
+
+
+def _load_yaml(path: Path) -> Any:
+    return yaml.safe_load(path.read_text())
+
+
+def _save_yaml(path: Path, value: Any) -> None:
+    path.write_text(yaml.safe_dump(value))
+
+
+def _load_torch(path: Path) -> Any:
+    return torch.load(path, weights_only=True)
+
+
+VALUES: dict[str, Any] = {
+    **{repr(value): value for value in (None, True, -1, 0, 10**400, 1e308, 2.5, "", "../../x", "\n", "\x1b[2J")},
+    **{"nan": float("nan"), "inf": float("inf"), "long": "x" * 10**5},
+    **{"list": [], "table": {}, "lists": [[]], "table of lists": {"a": [{}]}},
+}
+"""What may come in the place of something in a document, by name."""
+SHARED: dict[str, Any] = {
+    "pairs": lists_of_the_same(60, 2),
+    "nines": lists_of_the_same(20, 9),
+    "itself": lists_of_itself(),
+    "digits": 10**5000,
+    "bytes": b"\xff",
+}
+"""What pickles can hold beyond that."""
+TENSORS: dict[str, Any] = {
+    "tensor": torch.ones(3, 3),
+    "nan tensor": torch.full((2,), torch.nan),
+    "whole tensor": torch.ones(2, dtype=torch.int8),
+    "complex tensor": torch.ones(2, dtype=torch.complex64),
+    "sparse tensor": torch.eye(3).to_sparse(),
+    "huge tensor": torch.zeros(1).expand(2**40),
+    "empty tensor": torch.zeros(0),
+}
+DOCUMENTS: dict[str, tuple[Callable[[Path], Any], Callable[[Path, Any], object], dict[str, Any]]] = {
+    ".json": (lambda path: json.loads(path.read_text()), lambda path, value: path.write_text(json.dumps(value)), {}),
+    ".yaml": (_load_yaml, _save_yaml, {}),
+    ".pkl": (lambda path: read_pickle(path, CLASSES), _save_plain, SHARED),
+    ".pt": (_load_torch, lambda path, value: torch.save(value, path), SHARED | TENSORS),
+}
+"""How documents are loaded and saved, and what may come into them besides `VALUES`."""
 
 
 def damage_unit(path: Path, factor: float) -> None:
@@ -214,7 +296,10 @@ def damage_array(data: st.DataObject, path: Path) -> None:
         if "left" in target:
             target = target[data.draw(st.sampled_from(["left", "right"]))]
         key = data.draw(st.sampled_from(sorted(target)))
-        target[key] = data.draw(st.sampled_from([None, "s1", -1, 10**9, 2.5, np.nan, [], np.zeros((3, 3)), {}]))
+        others = {**VALUES, **SHARED, "s1": "s1", "much": 10**9, "matrix": np.zeros((3, 3))}
+        target[key] = others[data.draw(st.sampled_from(sorted(others)))]
+    elif array.dtype.kind == "U" and array.size and str(array.flat[0])[:1] == "{" and data.draw(st.booleans()):
+        arrays[name] = np.array([replaced(data, str(each), VALUES) for each in array.flat]).reshape(array.shape)
     else:
         extremes: list[Any] = [np.nan, np.inf, 1e300, -1, 0, 10**9] if array.dtype.kind in "fiu" else ["", "../x", "s5"]
         choice = data.draw(st.sampled_from(["value", "flat", "empty", "complex", "object"]))

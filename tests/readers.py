@@ -1,21 +1,24 @@
 """Every reader of the project with whole files to damage: a few times in tests, for minutes by `tools/fuzz_readers`."""
 
+import atexit
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, mkdtemp
 
 import numpy as np
 import pytest
+import torch
 import trimesh
 import yaml
 from hypothesis import strategies as st
 from pxr import Sdf
 
 from artigrasp.arrays import save_arrays
+from artigrasp.assets.arctic import ArcticSource
 from artigrasp.assets.check import check_asset
 from artigrasp.assets.fidelity import Fidelity
 from artigrasp.assets.hand import load_hand, read_hand, write_hand
@@ -39,6 +42,7 @@ from artigrasp.kernels.layout import LINKS
 from artigrasp.motion.file import load_motion, save_motion
 from artigrasp.references import arctic
 from artigrasp.references.arctic import import_arctic
+from artigrasp.references.arctic_sequence import find_recordings, read_sequence
 from artigrasp.references.manifest import Manifest
 from artigrasp.references.reference import describe_provenance, read_references, save_references
 from artigrasp.stories.file import read_story
@@ -52,6 +56,7 @@ from artigrasp.training.run_folder import (
     write_curriculum_description,
     write_run_description,
 )
+from artigrasp.training.runner import CHECKPOINT, Runner
 from tests.assets.foreign import foreign_urdf, foreign_usd
 from tests.controllers.examples import example_policy
 from tests.evaluation.examples import TASK, evaluation_of, found_by_search, outcomes_of
@@ -60,6 +65,7 @@ from tests.fuzzing import damage, draw_file
 from tests.motion.example import example_motion
 from tests.references import arctic_example
 from tests.stories.test_file import STORY
+from tests.training.examples import make_env, small_paper
 
 TOOLBOX = Path(__file__).parents[1] / "docs/examples/toolbox"
 SETTINGS = {"hand": "open", "settings": {"seed": 0}}
@@ -113,6 +119,32 @@ def _chunk(path: Path) -> None:
 def _policy(path: Path) -> None:
     small = replace(TASK, ppo=replace(TASK.ppo, hidden_sizes=(4,)))
     save_policy(example_policy(small, learner={"processes": [], "cpu_time": 1.0}), path)
+
+
+@cache
+def _runner() -> Runner:
+    """A learner that is resumed over and over, in worlds that are shared: what it reads is all that matters."""
+    folder = Path(mkdtemp())
+    atexit.register(shutil.rmtree, folder)
+    return Runner(make_env(small_paper()), folder, seed=0)
+
+
+def _checkpoint(folder: Path) -> None:
+    """A checkpoint in the middle of episodes, and its curves."""
+    runner = _runner()
+    runner.env.restart()
+    runner.env.step(torch.zeros(runner.env.num_envs, runner.env.num_actions))
+    runner.save()
+    for path in runner.folder.iterdir():
+        if path.name in (CHECKPOINT, CURVE_FILE):
+            shutil.copy(path, folder)
+
+
+def _resume(folder: Path) -> None:
+    for path in folder.iterdir():
+        shutil.copy(path, _runner().folder)
+    _runner().resume()
+    _runner().start_from(_runner().folder / CHECKPOINT)
 
 
 def _hand(path: Path) -> None:
@@ -181,6 +213,23 @@ def _import(folder: Path) -> None:
             check_imported(assets)
 
 
+def _recordings(folder: Path) -> None:
+    """The recordings of the release, and those of the download."""
+    arctic_example.write_release(folder / "release", labels=False)
+    arctic_example.write_download(folder / "download", objects=("box",))
+    for path in folder.rglob("*"):
+        if path.is_file() and path.suffix != ".npy":
+            path.unlink()
+
+
+def _read_recordings(folder: Path) -> None:
+    found = ArcticSource(folder, folder / "release" / "rsc", folder / "download/arctic_data/data", None)
+    for source in (replace(found, release=None), replace(found, download=None)):
+        for reconstructed in (False, True):
+            for recording in find_recordings(source, "box", reconstructed=reconstructed):
+                read_sequence(source, recording)
+
+
 def check_imported(assets: Path) -> None:
     """Read every file that an import of ARCTIC left."""
     left = [path for path in assets.rglob("*") if path.is_file() and path.name != "manifest.json"]
@@ -213,6 +262,7 @@ READERS = (
     Reader("evaluation chunk", lambda to: _chunk(to / "c.npz"),
            lambda at: load_chunk(at / "c.npz", ArticulationOutcomes, 3)),
     Reader("policy and checkpoint", lambda to: _policy(to / "p.pt"), lambda at: load_policy(at / "p.pt")),
+    Reader("checkpoint to go on from", _checkpoint, _resume),
     Reader("task", lambda to: write_task(to / "task.json", TASK), lambda at: read_task(at / "task.json")),
     Reader("run folder", lambda to: (write_run_description(to, RUN, SimulatorConfig()), _curves(to)),
            lambda at: (read_run_description(at), read_curve(at), read_evaluations(at))),
@@ -230,6 +280,7 @@ READERS = (
     Reader("meshes", _meshes, _read_meshes),
     Reader("MANO model", lambda to: arctic_example.write_mano(to / "MANO_RIGHT.pkl", arctic_example.mano_model()),
            lambda at: read_mano(at / "MANO_RIGHT.pkl", "mano", "right", at / "h.usda")),
+    Reader("ARCTIC, recordings", _recordings, _read_recordings),
     Reader("ARCTIC, release", arctic_example.write_release, _import, slow=True),
     Reader("ARCTIC, release with labelled frames", arctic_example.write_labelled_release, _import, slow=True),
     Reader("ARCTIC, download", lambda to: arctic_example.write_download(to, objects=("box",), parted=False), _import,

@@ -33,6 +33,9 @@ HAND_LENGTH = (0.1, 0.3)
 PALM_QUANTILE = 0.05
 """Share of the palm's skin that sticks out of its box on each side."""
 
+_LARGEST_MATRIX = 10_000_000
+"""Numbers in a matrix: MANO's has 12,448."""
+
 
 @dataclass(frozen=True, eq=False)
 class ManoModel:
@@ -124,9 +127,13 @@ def _array(data: dict[str, Any], name: str) -> Any:
     value = data.get(name)
     if isinstance(value, dict) and {"data", "indices", "indptr"} <= set(value):
         shape = value.get("_shape", value.get("shape"))
-        if shape is None or len(shape) != 2 or max(shape) > 100_000:
+        is_shape = isinstance(shape, tuple | list) and all(type(size) is int and size >= 0 for size in shape)
+        if not is_shape or len(shape) != 2 or shape[0] * shape[1] > _LARGEST_MATRIX:
             raise ValueError(f"{name}: expected the shape of a sparse matrix, found {shape}")
-        matrix = csc_array((value["data"], value["indices"], value["indptr"]), shape=tuple(shape))
+        numbers = check_array(f"{name}.data", value["data"], ("N",), np.float64)
+        rows = check_array(f"{name}.indices", value["indices"], ("N",), np.int64)
+        starts = check_array(f"{name}.indptr", value["indptr"], (shape[1] + 1,), np.int64)
+        matrix = csc_array((numbers, rows, starts), shape=tuple(shape))
         matrix.check_format()
         return matrix.toarray()
     if isinstance(value, dict):

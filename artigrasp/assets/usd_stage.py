@@ -119,7 +119,8 @@ class StageReader:
 
     def pose(self, prim: Usd.Prim) -> tuple[Array, Array]:
         """Position [m] and orientation (xyzw, w >= 0) of a prim in its parent."""
-        matrix = UsdGeom.Xformable(prim).GetLocalTransformation().RemoveScaleShear()
+        with _quiet():
+            matrix = UsdGeom.Xformable(prim).GetLocalTransformation().RemoveScaleShear()
         quaternion = matrix.ExtractRotationQuat()
         orientation = np.array([*quaternion.GetImaginary(), quaternion.GetReal()])
         return np.array(matrix.ExtractTranslation()), np.copysign(1.0, orientation[3]) * orientation

@@ -9,7 +9,11 @@ from numpy.typing import NDArray
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.instant import OBJECT_FIELDS, Instant
 from artigrasp.kernels import metrics, states
+from artigrasp.kernels.layout import PARTS
 from artigrasp.simulation.cpu import CpuSimulation
+
+_GIVEN = ("environment._every_world", "environment._first_reference", "environment._reference_count")
+"""Arrays that stay what they were made as."""
 
 
 def take_snapshot(environment: Environment) -> dict[str, NDArray[Any]]:
@@ -28,9 +32,19 @@ def restore_snapshot(environment: Environment, snapshot: dict[str, NDArray[Any]]
     arrays = _world_arrays(environment)
     if arrays.keys() != snapshot.keys():
         raise KeyError(", ".join(sorted(arrays.keys() ^ snapshot.keys())))
+    bounds = _index_bounds(environment)
     for name, array in arrays.items():
-        if _rows(array).shape != snapshot[name].shape:
-            raise ValueError(f"{name}: expected the shape {_rows(array).shape}, found {snapshot[name].shape}")
+        expected, found = _rows(array), snapshot[name]
+        if found.shape != expected.shape or found.dtype != expected.dtype:
+            raise ValueError(
+                f"{name}: expected {expected.dtype} of shape {expected.shape}, found {found.dtype} of {found.shape}"
+            )
+        if name in _GIVEN and not np.array_equal(found, expected):
+            raise ValueError(f"{name}: expected that of these objects and references, found another")
+        # kernels look up what these point to, and look no further whether it is there
+        low, high = bounds.get(name, (0, 0))
+        if name in bounds and found.size and not low <= found.min() <= found.max() < high:
+            raise ValueError(f"{name}: expected {low} to {high - 1}, found {found.min()} to {found.max()}")
     if not isinstance(environment.simulation, CpuSimulation):
         _assign(arrays, snapshot)
         environment.simulation.write_state(wp.full(environment.world_count, 1, dtype=int, device=environment.device))
@@ -44,6 +58,19 @@ def read_instant(environment: Environment, world: int) -> Instant:
     holders |= dict.fromkeys(("home", "target", "stiffness", "damping"), environment)
     holders |= dict.fromkeys(OBJECT_FIELDS, state.slots)
     return Instant(**{name: np.array(getattr(holder, name).numpy()[world]) for name, holder in holders.items()})
+
+
+def _index_bounds(environment: Environment) -> dict[str, tuple[int, int]]:
+    """The least index and one more than the largest, by the names of arrays that are indices."""
+    references = (0, sum(len(each) for each in (*environment.references, *environment.bystanders)))
+    return {
+        "goal.part": (0, len(PARTS)),
+        "goal.contact_part": (-1, len(PARTS)),
+        "phase.index": (0, len(environment.phases)),
+        "machine.reference_index": references,
+        "machine._references_of_world": references,
+        "state.focus": (0, environment.state.object_count),
+    }
 
 
 def _world_arrays(environment: Environment) -> dict[str, Any]:

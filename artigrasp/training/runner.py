@@ -204,9 +204,8 @@ class Runner:
             raise UserError(f"{path}: networks: expected some of {expected}, found {found}")
         try:
             self.learners.start_from(policy.actors, None if policy.learner is None else policy.learner["learners"])
-        except (KeyError, RuntimeError, TypeError) as error:
-            detail = str(error).splitlines()[0]
-            raise UserError(f"{path}: expected networks of this task's shape, found others: {detail}") from error
+        except Exception as error:  # Another's state can fail in any way of PyTorch's optimizers and modules.
+            raise UserError(f"{path}: expected networks of this task's shape, found others: {error}") from error
 
     def resume(self) -> None:
         """Continue from the folder's checkpoint: what follows is what would have followed without the interruption.
@@ -234,8 +233,10 @@ class Runner:
             _random_generator(environment.device).set_state(own["torch_random"])
             self.env.load_state_dict(own["environment"])
             self.cpu_time = float(policy.learner["cpu_time"])
-        except (AttributeError, KeyError, RuntimeError, TypeError, ValueError) as error:
-            detail = f"no {error}" if isinstance(error, KeyError) else str(error).splitlines()[0]
+        except UserError:
+            raise
+        except Exception as error:  # Another's state can fail in any way of PyTorch's optimizers and modules.
+            detail = f"no {error}" if isinstance(error, KeyError) else error
             raise UserError(
                 f"{path}: expected the state of this run's learner, found another, perhaps an older version's: "
                 f"{detail}; --start-from begins a new run with its networks"

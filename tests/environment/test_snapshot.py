@@ -1,5 +1,6 @@
 """Environments that go on from where another was, in the middle of episodes."""
 
+import re
 from typing import Any
 
 import numpy as np
@@ -45,3 +46,24 @@ def test_it_goes_on_as_the_other(task: TaskConfig, options: dict[str, Any]) -> N
     assert_same(snapshot(second), snapshot(first))
     for name in ("reference_index", "phase_outcome", "stiffness"):
         np.testing.assert_array_equal(getattr(second, name).numpy(), getattr(first, name).numpy(), err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("machine.reference_index", 10**6, "machine.reference_index: expected 0 to 2, found 1000000 to 1000000"),
+        ("phase.index", -1, "phase.index: expected 0 to 0, found -1 to -1"),
+        ("goal.contact_part", 2, "goal.contact_part: expected -1 to 1, found 2 to 2"),
+        ("environment._reference_count", 10**6, "environment._reference_count: expected that of these objects"),
+    ],
+)
+def test_no_index_leads_out_of_what_there_is(name: str, value: int, message: str) -> None:
+    """Kernels would read, and write, wherever it leads."""
+    environment = box_environment(task_of())
+    environment.reset()
+    snapshot = take_snapshot(environment)
+    restore_snapshot(environment, snapshot)
+    with pytest.raises(ValueError, match=re.escape(message)):
+        restore_snapshot(environment, snapshot | {name: np.full_like(snapshot[name], value)})
+    with pytest.raises(ValueError, match="expected int32 of shape"):
+        restore_snapshot(environment, snapshot | {name: snapshot[name].astype(np.float32)})

@@ -215,6 +215,9 @@ def test_mano_in_every_protocol(protocol: int, tmp_path: Path, release: Path) ->
     assert "hands/mano_right.usda" in import_arctic(release, mano=path).written
 
 
+SPARSE = {"data": np.ones(1), "indices": np.zeros(1, int), "indptr": np.array([0, 1, 1, 1]), "shape": (16, 3)}
+
+
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
@@ -223,6 +226,9 @@ def test_mano_in_every_protocol(protocol: int, tmp_path: Path, release: Path) ->
         ("weights", np.ones((144, 15)), "weights: expected shape (V=144, 16), found (144, 15)"),
         ("hands_mean", np.full(45, np.nan), "hands_mean[0]: expected a finite number"),
         ("J_regressor", example.Ch(np.zeros((16, 3))), "J_regressor: expected shape"),
+        ("J_regressor", SPARSE | {"shape": (2**20, 2**20)}, "J_regressor: expected the shape of a sparse matrix"),
+        ("J_regressor", SPARSE | {"shape": ("16", None)}, "J_regressor: expected the shape of a sparse matrix"),
+        ("J_regressor", SPARSE | {"indices": {}}, "J_regressor.indices: expected"),
         ("kintree_table", np.zeros((2, 16), np.int64), "kintree_table: expected the links wrist"),
     ],
 )
