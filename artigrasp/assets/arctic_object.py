@@ -16,12 +16,11 @@ from scipy.spatial import ConvexHull, cKDTree
 from artigrasp.arrays import Array, check_array
 from artigrasp.assets.arctic import PART_NAMES, ArcticSource, object_files
 from artigrasp.assets.mass import Body, body_of_mesh
-from artigrasp.assets.object_model import Mesh, ObjectModel, PartModel
+from artigrasp.assets.object_model import PLAIN_COLOURS, Mesh, ObjectModel, PartModel
 from artigrasp.assets.urdf import Urdf, read_urdf
 from artigrasp.errors import UserError
 from artigrasp.kernels.layout import ARTICULATED, PARTS
 
-COLOURS = ((0.36, 0.45, 0.55), (0.90, 0.52, 0.24))
 SIZE = (0.02, 2.0)
 """Between which sizes an object is [m]; another one is in another unit."""
 FARTHEST = 1e4
@@ -103,7 +102,7 @@ def make_object(source: ArcticObject, pieces: tuple[tuple[Mesh, ...], tuple[Mesh
             mesh.vertices,
             mesh.faces,
             pieces[part],
-            np.tile(COLOURS[part], (len(mesh.faces), 1)),
+            np.tile(PLAIN_COLOURS[part], (len(mesh.faces), 1)),
         )
         for part, mesh in enumerate(source.meshes)
     )

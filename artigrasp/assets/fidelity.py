@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from artigrasp.arrays import Array
 from artigrasp.assets.holes import close_holes, open_edges
-from artigrasp.assets.object_model import Mesh
+from artigrasp.assets.object_model import Mesh, crossed_edges
 
 GRID_CELLS = 250_000
 """Cells of the grid on which a volume is measured, to about 1 %."""
@@ -100,7 +100,7 @@ def _is_inside(points: Array, hull: trimesh.Trimesh) -> NDArray[np.bool_]:
 def _outer_surface(hulls: list[trimesh.Trimesh]) -> Array:
     """Small triangles of the surface of the union of convex hulls, without where they meet, shape (N, 3, 3)."""
     triangles = _subdivide(np.concatenate([hull.triangles for hull in hulls]))
-    normals = _crossed_edges(triangles)
+    normals = crossed_edges(triangles)
     # A triangle is inside the union if what lies just before it is.
     before = triangles.mean(axis=1) + SLIT * normals / np.linalg.norm(normals, axis=1, keepdims=True)
     covered = np.zeros(len(before), bool)
@@ -110,14 +110,9 @@ def _outer_surface(hulls: list[trimesh.Trimesh]) -> Array:
     return triangles[~covered]
 
 
-def _crossed_edges(triangles: Array) -> Array:
-    """Cross products of two edges: along the normals, as long as twice the areas, shape (N, 3)."""
-    return np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-
-
 def _subdivide(triangles: Array) -> Array:
     """Halve the longest edges until a surface has about so many small triangles of similar size, shape (N, 3, 3)."""
-    areas = np.linalg.norm(_crossed_edges(triangles), axis=1) / 2
+    areas = np.linalg.norm(crossed_edges(triangles), axis=1) / 2
     longest = 2.0 * np.sqrt(areas.sum() / TRIANGLES_PER_SURFACE)
     done = []
     while len(triangles):
@@ -138,7 +133,7 @@ def _subdivide(triangles: Array) -> Array:
 def _sample(triangles: Array) -> Array:
     """Points spread evenly over triangles, shape (SAMPLES, 3)."""
     random = np.random.default_rng(0)
-    areas = np.linalg.norm(_crossed_edges(triangles), axis=1)
+    areas = np.linalg.norm(crossed_edges(triangles), axis=1)
     chosen = triangles[random.choice(len(triangles), SAMPLES, p=areas / areas.sum())]
     points: Array = np.einsum("nk,nkd->nd", random.dirichlet(np.ones(3), SAMPLES), chosen)
     return points

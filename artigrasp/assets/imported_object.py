@@ -14,11 +14,9 @@ from artigrasp.arrays import Array
 from artigrasp.assets.check import MAX_PIECE_VERTICES
 from artigrasp.assets.decomposition import convex_pieces
 from artigrasp.assets.mass import Body, body_of_mesh
-from artigrasp.assets.object_model import Colour, Mesh, ObjectModel, PartModel
+from artigrasp.assets.object_model import PLAIN_COLOURS, Colour, Mesh, ObjectModel, PartModel
 from artigrasp.errors import UserError
 
-COLOURS: tuple[Colour, Colour] = ((0.36, 0.45, 0.55), (0.90, 0.52, 0.24))
-"""Linear RGB of base and articulated part where a file gives none."""
 MESHES = (".obj", ".stl", ".ply", ".glb")
 """Suffixes of mesh files."""
 CONVEX = 0.995
@@ -99,7 +97,7 @@ def make_imported(
         if progress is not None:
             progress(f"part {index + 1}", index, 2)
         try:
-            parts.append(_make_part(part, shift, density, COLOURS[index]))
+            parts.append(_make_part(part, shift, density, PLAIN_COLOURS[index]))
         except (QhullError, ValueError) as error:
             problem = str(error).splitlines()[0]
             raise UserError(f"{source.path}: part {index + 1}: expected a shape with a volume: {problem}") from None
@@ -157,7 +155,12 @@ def load_mesh(path: Path, scale: Array) -> Mesh:
             raise ValueError("expected triangles, found none")
     except Exception as error:  # A malformed mesh can fail anywhere in the parser.
         raise UserError(f"{path}: cannot read this mesh: {(str(error) or repr(error)).splitlines()[0]}") from None
-    return Mesh(np.array(mesh.vertices), np.array(mesh.faces, np.int64))
+    return mesh_of(mesh)
+
+
+def mesh_of(solid: trimesh.Trimesh) -> Mesh:
+    """The vertices and faces of a solid."""
+    return Mesh(np.array(solid.vertices), np.array(solid.faces, np.int64))
 
 
 def _make_part(part: ImportedPart, shift: RigidTransform, density: float, colour: Colour) -> PartModel:
@@ -182,5 +185,5 @@ def _pieces(mesh: Mesh) -> Sequence[Mesh]:
     solid = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
     hull = trimesh.convex.convex_hull(mesh.vertices)
     if len(hull.vertices) <= MAX_PIECE_VERTICES and abs(solid.volume) > CONVEX * hull.volume:
-        return (Mesh(np.array(hull.vertices), np.array(hull.faces, np.int64)),)
+        return (mesh_of(hull),)
     return convex_pieces(mesh)

@@ -13,6 +13,9 @@ Indices = NDArray[np.int64]
 Colour = tuple[float, float, float]
 """Linear RGB, each 0 to 1."""
 
+PLAIN_COLOURS: tuple[Colour, Colour] = ((0.36, 0.45, 0.55), (0.90, 0.52, 0.24))
+"""Of base and articulated part where a file gives none."""
+
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
@@ -25,6 +28,11 @@ class Mesh:
 
     vertices: Array
     faces: Indices
+
+
+def crossed_edges(triangles: Array) -> Array:
+    """Cross products of two edges of triangles (N, 3, 3): along the normals, as long as twice the areas, (N, 3)."""
+    return np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +61,7 @@ class PartModel:
     def colour(self) -> Colour:
         """Linear RGB of most of the surface, for where one colour has to do."""
         corners = self.vertices[self.faces]
-        areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+        areas = np.linalg.norm(crossed_edges(corners), axis=1)
         palette, index = np.unique(self.colours, axis=0, return_inverse=True)
         red, green, blue = palette[np.bincount(index.ravel(), areas).argmax()].tolist()
         return red, green, blue

@@ -14,6 +14,7 @@ from artigrasp.assets.imported_object import (
     ImportedPart,
     closed_angle,
     load_mesh,
+    mesh_of,
     moved,
     moved_body,
     revolute_pose,
@@ -171,12 +172,12 @@ def _read_geometry(urdf: Urdf, root: Path, element: ElementTree.Element, link_po
         check_inside(file, root, urdf.path)
         mesh = load_mesh(file, scale)
     elif shape is not None and kind == "box":
-        mesh = _mesh(trimesh.creation.box(_sizes(urdf, shape, "size", 3)))
+        mesh = mesh_of(trimesh.creation.box(_sizes(urdf, shape, "size", 3)))
     elif shape is not None and kind == "cylinder":
         (radius,), (length,) = (_sizes(urdf, shape, name, 1) for name in ("radius", "length"))
-        mesh = _mesh(trimesh.creation.cylinder(radius, length, sections=_ROUND_SECTIONS))
+        mesh = mesh_of(trimesh.creation.cylinder(radius, length, sections=_ROUND_SECTIONS))
     elif shape is not None and kind == "sphere":
-        mesh = _mesh(trimesh.creation.icosphere(2, _sizes(urdf, shape, "radius", 1)[0]))
+        mesh = mesh_of(trimesh.creation.icosphere(2, _sizes(urdf, shape, "radius", 1)[0]))
     else:
         raise urdf.error("geometry", f"expected a mesh, box, cylinder or sphere, found {kind}")
     return moved(mesh, link_pose * _pose(urdf, element))
@@ -187,10 +188,6 @@ def _sizes(urdf: Urdf, shape: ElementTree.Element, attribute: str, count: int) -
     if not (sizes > 0).all():
         raise urdf.error(f"{shape.tag} {attribute}", f"expected positive sizes, found {shape.get(attribute)!r}")
     return sizes
-
-
-def _mesh(solid: trimesh.Trimesh) -> Mesh:
-    return Mesh(np.array(solid.vertices), np.array(solid.faces, np.int64))
 
 
 def _mesh_path(urdf: Urdf, name: str) -> Path:

@@ -18,7 +18,7 @@ from artigrasp.environment.measuring import REACHED_DISTANCE, REACHED_TURN
 from artigrasp.environment.worlds import planned_worlds
 from artigrasp.errors import UserError
 from artigrasp.evaluation.experiment import Experiment, Metric, Trials
-from artigrasp.evaluation.outcomes import HingeOutcomes, PoseOutcomes
+from artigrasp.evaluation.outcomes import AT_POSE, HingeOutcomes, PoseOutcomes
 from artigrasp.evaluation.sequences import (
     first_failures,
     object_indices,
@@ -197,10 +197,8 @@ def _paper_row(success: float, distance: float, angle: float, hinge: float) -> M
     return {"suc_t": success, "pe": distance, "ae": angle, "aae": hinge}
 
 
-_AT_POSE = {"position_error": (-np.inf, REACHED_DISTANCE), "rotation_error": (-np.inf, REACHED_TURN)}
-
 PUT_IN_PLACE = Objective(
-    within=_AT_POSE,
+    within=AT_POSE,
     weights={"position_error": -5.0, "rotation_error": -1.0, "mean_position_error": -2.0, "max_tilt": -0.2},
     error="position_error",
     # opening moves it further
@@ -209,7 +207,7 @@ PUT_IN_PLACE = Objective(
 """To carry the object to its target on the table and leave it there."""
 
 OPEN_IN_PLACE = Objective(
-    within={**_AT_POSE, "angle_error": (-np.inf, REACHED_ANGLE)},
+    within={**AT_POSE, "angle_error": (-np.inf, REACHED_ANGLE)},
     weights={"angle_error": -1.0, "position_error": -5.0, "rotation_error": -1.0, "mean_angle_error": -0.2},
     error="angle_error",
     enough={"angle_error": (-np.inf, STRICT_REACHED_ANGLE)},

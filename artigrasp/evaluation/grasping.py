@@ -13,11 +13,11 @@ from artigrasp.arrays import Array
 from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.controller import Controller
 from artigrasp.controllers.search import Objective
-from artigrasp.environment.measuring import LIFTED_HEIGHT, REACHED_DISTANCE, REACHED_TURN
+from artigrasp.environment.measuring import LIFTED_HEIGHT
 from artigrasp.environment.worlds import DRAW_GOAL, planned_worlds
 from artigrasp.errors import UserError
 from artigrasp.evaluation.experiment import Experiment, Metric, Trials
-from artigrasp.evaluation.outcomes import PoseOutcomes
+from artigrasp.evaluation.outcomes import AT_POSE, PoseOutcomes
 from artigrasp.evaluation.sequences import (
     first_failures,
     object_indices,
@@ -134,7 +134,7 @@ CARRY = Objective(
     # the longer an object is held on its way, the nearer it is on average
     weights={"position_error": -2.0, "rotation_error": -0.5, "mean_position_error": -3.0},
     error="position_error",
-    enough={"position_error": (-np.inf, REACHED_DISTANCE), "rotation_error": (-np.inf, REACHED_TURN)},
+    enough=AT_POSE,
 )
 """To hold the object at its target."""
 

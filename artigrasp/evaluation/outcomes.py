@@ -11,6 +11,9 @@ from artigrasp.arrays import Array
 from artigrasp.environment.measuring import REACHED_DISTANCE, REACHED_TURN
 from artigrasp.evaluation.quality import area_under_curve
 
+AT_POSE = {"position_error": (-np.inf, REACHED_DISTANCE), "rotation_error": (-np.inf, REACHED_TURN)}
+"""Of the metrics of an episode, the ranges in which its object is at its target."""
+
 
 @dataclass(frozen=True)
 class Outcomes:

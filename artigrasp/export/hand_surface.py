@@ -11,6 +11,7 @@ from scipy.sparse import csr_array
 from artigrasp.arrays import Array
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.hand_skin import SKIN_COLOUR, HandSkin
+from artigrasp.assets.object_model import crossed_edges
 from artigrasp.assets.skin_drawing import draw_skin
 from artigrasp.export.subdivision import subdivide
 from artigrasp.export.surface import Surface, join, link_surface, place
@@ -83,8 +84,7 @@ class Skin:
         matrix, faces = self._refined
         vertices: Array = matrix @ self.skin.posed(link_poses)
         # The normals of the bent surface: bent normals would be too smooth in its folds.
-        corners = vertices[faces]
-        areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        areas = crossed_edges(vertices[faces])
         normals = np.zeros_like(vertices)
         for corner in faces.T:
             np.add.at(normals, corner, areas)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from artigrasp.arrays import Array
+from artigrasp.assets.object_model import crossed_edges
 from artigrasp.export.camera import Direction, unit_vector
 from artigrasp.export.raycaster import visibility
 from artigrasp.export.surface import Surface
@@ -31,7 +32,7 @@ def telling_directions(scene: Surface, weights: Array, count: int) -> list[Direc
     ]
     worth = np.repeat(list(ELEVATIONS.values()), AZIMUTHS)
     triangles = scene.vertices[scene.faces]
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals = crossed_edges(triangles)
     areas = np.linalg.norm(normals, axis=1)
     importance = weights * areas
     # Faces drawn by their importance stand for all.

@@ -14,7 +14,7 @@ from scipy.spatial import KDTree
 from artigrasp.arrays import Array
 from artigrasp.kernels.layout import BASE, TIP_COUNT, TIP_FINGERS
 from artigrasp.references.synthesis.grip import Grip, RestingObject
-from artigrasp.references.synthesis.surface import Surface
+from artigrasp.references.synthesis.surface import SurfacePoints
 
 ROW = np.array([0.018, 0.024, 0.002, -0.019, -0.038])
 """Where the fingertips are across the hand, towards the thumb [m], order ``TIP_FINGERS``."""
@@ -59,7 +59,7 @@ class Intents:
         return type(self)(**{each.name: getattr(self, each.name)[rows] for each in fields(self)})
 
 
-def draw_intents(grip: Grip, resting: RestingObject, surface: Surface, count: int, seed: int) -> Intents | None:
+def draw_intents(grip: Grip, resting: RestingObject, surface: SurfacePoints, count: int, seed: int) -> Intents | None:
     """Draw intents of a grip.
 
     Args:
@@ -99,13 +99,13 @@ def draw_intents(grip: Grip, resting: RestingObject, surface: Surface, count: in
     return _stack([[each] for each in drawn])
 
 
-def _graspable(resting: RestingObject, surface: Surface) -> Array:
+def _graspable(resting: RestingObject, surface: SurfacePoints) -> Array:
     """How good a place on the base is to carry the object by: the nearer to its centre of mass the better."""
     distance = np.linalg.norm(surface.position - resting.com, axis=1)
     return np.where(surface.part == BASE, np.exp(-((distance / 0.12) ** 2)), 0.0)
 
 
-def _thumb_places(surface: Surface, *, same_part: bool, corners: bool) -> list[NDArray[np.int64]]:
+def _thumb_places(surface: SurfacePoints, *, same_part: bool, corners: bool) -> list[NDArray[np.int64]]:
     """For every point the points where a thumb can press against fingers that are there."""
     tree = KDTree(surface.position)
     places = []
@@ -124,7 +124,9 @@ def _thumb_places(surface: Surface, *, same_part: bool, corners: bool) -> list[N
     return places
 
 
-def _draw_pairs(resting: RestingObject, surface: Surface, count: int, random: np.random.Generator) -> Intents | None:
+def _draw_pairs(
+    resting: RestingObject, surface: SurfacePoints, count: int, random: np.random.Generator
+) -> Intents | None:
     """Hands on opposite sides of an object, as of somebody who stands before it, wherever that may be."""
     right = np.flatnonzero(_graspable(resting, surface) > 0)
     if not len(right):
@@ -163,7 +165,7 @@ def _draw_pairs(resting: RestingObject, surface: Surface, count: int, random: np
 
 
 def _draw_hand(
-    surface: Surface, anchor: int, across: Array, thumb: int | None, random: np.random.Generator
+    surface: SurfacePoints, anchor: int, across: Array, thumb: int | None, random: np.random.Generator
 ) -> dict[str, Any]:
     """One hand whose middle finger is meant for a point, and whose thumb for another one, or for nothing."""
     normal = surface.normal[anchor]

@@ -27,7 +27,7 @@ FRICTION = 0.8
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class SurfacePoints:
     """N points that fingers can come to, in the base's frame, uniform over the surface.
 
     Attributes:
@@ -44,7 +44,7 @@ class Surface:
     opening: Array
 
 
-def sample_surface(resting: RestingObject, count: int, seed: int, device: str = "cpu") -> Surface:
+def sample_surface(resting: RestingObject, count: int, seed: int, device: str = "cpu") -> SurfacePoints:
     """Draw points of the surface, and leave out what no finger can come to.
 
     Args:
@@ -64,7 +64,7 @@ def sample_surface(resting: RestingObject, count: int, seed: int, device: str = 
     part = (face >= len(meshes[0].faces)).astype(np.int64)
     open_enough = _openness(whole, position + STANDOFF * normal, resting, device) >= LEAST_OPENNESS
     position, normal, part = position[open_enough], normal[open_enough], part[open_enough]
-    return Surface(position, normal, part, _opening(position, normal, part, resting))
+    return SurfacePoints(position, normal, part, _opening(position, normal, part, resting))
 
 
 def _openness(whole: trimesh.Trimesh, points: Array, resting: RestingObject, device: str) -> Array:
