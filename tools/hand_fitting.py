@@ -15,9 +15,9 @@ from scipy.spatial.transform import Rotation
 
 from artigrasp.arrays import Array
 from artigrasp.assets.hand import Box, HandModel
-from artigrasp.assets.hand_table import hand_table
+from artigrasp.assets.hand_table import hand_table, put_hands
 from artigrasp.kernels import kinematics, states
-from artigrasp.kernels.layout import DOF_COUNT, DOFS, LINK_COUNT, TIP_LINKS, WRIST_DOF_COUNT
+from artigrasp.kernels.layout import DOFS, LINK_COUNT, TIP_LINKS, WRIST_DOF_COUNT
 
 FINGERS = ("index", "middle", "ring", "pinky")
 LAST_JOINT_SHARE = 0.6
@@ -155,10 +155,7 @@ class HandFitter:
         """Middles and pad directions of the fingertips [N, 5, 3], and all points of the hand [N, P, 3]."""
         wrist, finger_angles = _unpack(x, intent)
         state = states.hand_state(len(x), 1, "cpu")
-        joint_q = np.zeros((len(x), 1, DOF_COUNT))
-        joint_q[:, 0, WRIST_DOF_COUNT:] = finger_angles
-        state.joint_q.assign(joint_q)
-        state.hand_base.assign(wrist[:, None])
+        put_hands(state, wrist[:, None], finger_angles[:, None])
         wp.launch(kinematics.forward_kinematics, dim=(len(x), 1), inputs=[state, self._model], device="cpu")
         frames = state.link_pose.numpy()[:, 0].astype(np.float64)
         turns = Rotation.from_quat(frames[..., 3:].reshape(-1, 4)).as_matrix().reshape(-1, LINK_COUNT, 3, 3)

@@ -23,6 +23,7 @@ from artigrasp.evaluation.chunks import FOUND, WHOLE, Columns, Shard, measure_ch
 from artigrasp.evaluation.experiment import Experiment, O, Trials
 from artigrasp.kernels.layout import HANDS
 from artigrasp.references.reference import ReferenceSet
+from artigrasp.simulation.backend import PACKAGES
 
 
 @dataclass(frozen=True)
@@ -186,7 +187,7 @@ def _protocol_settings(
         "episode_steps": task.episode_steps,
         "backend": simulator.backend,
         **to_dict(task.physics),
-        **{name: importlib.metadata.version(name) for name in ("newton", "mujoco", "warp-lang")},
+        **{name: importlib.metadata.version(name) for name in PACKAGES},
         **({"retries": experiment.retry_count} if experiment.retry_count else {}),
     }
 

@@ -19,6 +19,7 @@ from artigrasp.environment.worlds import planned_worlds
 from artigrasp.kernels.phases import OUTCOMES
 from artigrasp.motion.motion import Motion, MotionBystanders, MotionReference
 from artigrasp.references.reference import ReferenceSet
+from artigrasp.simulation.backend import PACKAGES
 
 
 def generate(
@@ -156,7 +157,7 @@ class MotionRecorder:
                 "reference": str(reference.source[environment.reference_rows()[world]]),
                 **self._sequence_provenance(reference),
                 "seed": str(seed),
-                **{name: importlib.metadata.version(name) for name in ("artigrasp", "newton", "mujoco", "warp-lang")},
+                **{name: importlib.metadata.version(name) for name in ("artigrasp", *PACKAGES)},
             },
         )
 

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from artigrasp.assets.hand import HandModel
-from artigrasp.assets.hand_table import hand_table
+from artigrasp.assets.hand_table import hand_table, put_hands
 from artigrasp.assets.object import ObjectModel
 from artigrasp.kernels import states
 from artigrasp.kernels.kinematics import forward_kinematics
-from artigrasp.kernels.layout import DOF_COUNT, PARTS, WRIST_DOF_COUNT
+from artigrasp.kernels.layout import PARTS
 from artigrasp.kernels.parts import pose_parts
 from artigrasp.motion.file import Motion, MotionReference
 from artigrasp.references.reference import ReferenceSet
@@ -30,8 +30,10 @@ def link_poses(motion: Motion, hands: Sequence[HandModel]) -> NDArray[np.float32
     Returns:
         Link frames in the world: position [m], quaternion xyzw, shape ``[T, H, 16, 7]``.
     """
-    hand_base = np.broadcast_to(motion.hand_base, (len(motion.time), *motion.hand_base.shape))
-    return _link_poses(hand_base, motion.joint_q, hands)
+    state = states.hand_state(*motion.joint_q.shape[:2], _DEVICE)
+    state.joint_q.assign(motion.joint_q)
+    state.hand_base.assign(np.broadcast_to(motion.hand_base, (len(motion.time), *motion.hand_base.shape)))
+    return _link_poses(state, hands)
 
 
 def reference_link_poses(reference: MotionReference, hands: Sequence[HandModel]) -> NDArray[np.float32]:
@@ -45,10 +47,9 @@ def reference_link_poses(reference: MotionReference, hands: Sequence[HandModel])
         Link frames in the frame of the part that each hand manipulates: position [m], quaternion xyzw, shape
         ``[H, 16, 7]``.
     """
-    # With the base at the wrist itself, the six wrist coordinates are zero.
-    joint_q = np.zeros((1, len(hands), DOF_COUNT), np.float32)
-    joint_q[0, :, WRIST_DOF_COUNT:] = reference.finger_angles
-    poses: NDArray[np.float32] = _link_poses(reference.wrist_pose_in_part[None], joint_q, hands)[0]
+    state = states.hand_state(1, len(hands), _DEVICE)
+    put_hands(state, reference.wrist_pose_in_part[None], reference.finger_angles)
+    poses: NDArray[np.float32] = _link_poses(state, hands)[0]
     return poses
 
 
@@ -72,11 +73,10 @@ def posed_references(
     wrists = references.wrist_pose_in_part.reshape(-1, 7)
     positions = turn.apply(wrists[:, :3]) + of_hands[..., :3].reshape(-1, 3)
     orientations = (turn * Rotation.from_quat(wrists[:, 3:])).as_quat()
-    # With the base at the wrist itself, the six wrist coordinates are zero.
-    joint_q = np.zeros((len(references), len(hands), DOF_COUNT), np.float32)
-    joint_q[..., WRIST_DOF_COUNT:] = references.finger_angles
-    bases = np.concatenate([positions, orientations], axis=1).astype(np.float32).reshape(len(references), len(hands), 7)
-    return _link_poses(bases, joint_q, hands), parts
+    state = states.hand_state(len(references), len(hands), _DEVICE)
+    in_world = np.concatenate([positions, orientations], axis=1).reshape(len(references), len(hands), 7)
+    put_hands(state, in_world, references.finger_angles)
+    return _link_poses(state, hands), parts
 
 
 def part_poses(motion: Motion, object: ObjectModel) -> NDArray[np.float32]:
@@ -116,11 +116,7 @@ def pose_object(
     return np.asarray(poses.numpy(), np.float32)
 
 
-def _link_poses(
-    hand_base: NDArray[np.float32], joint_q: NDArray[np.float32], hands: Sequence[HandModel]
-) -> NDArray[np.float32]:
-    state = states.hand_state(len(joint_q), len(hands), _DEVICE)
-    state.joint_q.assign(joint_q)
-    state.hand_base.assign(hand_base)
-    wp.launch(forward_kinematics, dim=hand_base.shape[:2], inputs=[state, hand_table(hands, _DEVICE)], device=_DEVICE)
+def _link_poses(state: states.HandState, hands: Sequence[HandModel]) -> NDArray[np.float32]:
+    every_hand = state.joint_q.shape[:2]
+    wp.launch(forward_kinematics, dim=every_hand, inputs=[state, hand_table(hands, _DEVICE)], device=_DEVICE)
     return np.asarray(state.link_pose.numpy(), np.float32)

@@ -87,13 +87,13 @@ class FingerTerms:
 
     def __init__(self, hands: Sequence[HandModel], natural: NaturalPose, device: torch.device) -> None:
         self._lower, self._upper = (
-            _tensor(np.stack([getattr(hand, name) for hand in hands])[:, WRIST_DOF_COUNT:], device)
+            to_tensor(np.stack([getattr(hand, name) for hand in hands])[:, WRIST_DOF_COUNT:], device)
             for name in ("lower", "upper")
         )
         mirrored = np.tile(MIRROR_ROTATION, FINGER_DOF_COUNT // 3)
         to_right = np.stack([mirrored if hand.side == "left" else np.ones_like(mirrored) for hand in hands])
-        self._to_right = _tensor(to_right, device)
-        self._mean, self._whitening = _tensor(natural.mean, device), _tensor(natural.whitening, device)
+        self._to_right = to_tensor(to_right, device)
+        self._mean, self._whitening = to_tensor(natural.mean, device), to_tensor(natural.whitening, device)
 
     def beyond_limits(self, fingers: torch.Tensor) -> torch.Tensor:
         """Sum of squares of what finger angles [R, H, 45] exceed the joint limits by [rad²], shape [R, H]."""
@@ -106,5 +106,7 @@ class FingerTerms:
         return deviations.square().sum(dim=2)
 
 
-def _tensor(values: NDArray[np.floating], device: torch.device) -> torch.Tensor:
-    return torch.as_tensor(values, dtype=torch.float32, device=device)
+def to_tensor(values: NDArray[np.generic], device: torch.device) -> torch.Tensor:
+    """An array on a device, its numbers in single precision."""
+    kind = torch.float32 if values.dtype.kind == "f" else None
+    return torch.as_tensor(np.ascontiguousarray(values), dtype=kind, device=device)

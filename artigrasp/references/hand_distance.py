@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.hand_surface import HandPoints, core_points
-from artigrasp.assets.hand_table import hand_table
+from artigrasp.assets.hand_table import hand_table, put_hands
 from artigrasp.assets.object import ObjectModel
 from artigrasp.kernels import mesh_distance, states
 from artigrasp.kernels.kinematics import forward_kinematics
-from artigrasp.kernels.layout import ARTICULATED, BASE, DOF_COUNT, LINK_COUNT, PARTS, WRIST_DOF_COUNT
+from artigrasp.kernels.layout import ARTICULATED, BASE, LINK_COUNT, PARTS
 
 REACH = 0.1
 """How far to look for a part's surface by default [m]; what is farther counts as that far."""
@@ -183,11 +183,7 @@ def link_distances(
     bounds = [*range(0, count, BATCH), count]
     for start, end in pairwise(bounds):
         distance = HandDistance(hands, meshes, np.zeros(end - start, int), reach=reach)
-        # With the base at the wrist itself, the six wrist coordinates are zero.
-        joint_q = np.zeros((end - start, len(hands), DOF_COUNT), np.float32)
-        joint_q[:, :, WRIST_DOF_COUNT:] = finger_angles[start:end]
-        distance.hands.joint_q.assign(joint_q)
-        distance.hands.hand_base.assign(wrist_pose_in_base[start:end].astype(np.float32))
+        put_hands(distance.hands, wrist_pose_in_base[start:end], finger_angles[start:end])
         distance.part_pose.assign(pose_parts_in_base(model, hinge_angle[start:end]))
         distance.launch()
         result[start:end] = distance.link_distance.numpy()

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from artigrasp.arrays import Array
 from artigrasp.assets.hand import HandModel
+from artigrasp.assets.hand_table import put_hands
 from artigrasp.assets.object import ObjectModel
 from artigrasp.kernels.layout import ARTICULATED, WRIST_DOF_COUNT
 from artigrasp.references.hand_distance import HandDistance, PartMeshes, pose_parts_in_base
@@ -97,10 +98,7 @@ def pose_references(
     posed.part_pose.assign(parts)
     wrist = wrist_in_base(references, parts)
     wrist[~references.active, :3] = IDLE_POSITION
-    posed.hands.hand_base.assign(wrist.astype(np.float32))
-    joint_q = np.zeros(posed.hands.joint_q.shape, np.float32)
-    joint_q[..., WRIST_DOF_COUNT:] = references.finger_angles
-    posed.hands.joint_q.assign(joint_q)
+    put_hands(posed.hands, wrist, references.finger_angles)
     return posed
 
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 import torch
 import warp as wp
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from artigrasp.arrays import Array
@@ -19,7 +18,7 @@ from artigrasp.assets.object import ObjectModel
 from artigrasp.config import RefinementConfig, to_dict
 from artigrasp.kernels.layout import ARTICULATED, FINGER_DOF_COUNT, WRIST_DOF_COUNT
 from artigrasp.references.descent import descend
-from artigrasp.references.energy import FingerTerms, depth_error, differentiate, gap_error
+from artigrasp.references.energy import FingerTerms, depth_error, differentiate, gap_error, to_tensor
 from artigrasp.references.hand_distance import HandDistance, pose_parts_in_base
 from artigrasp.references.natural_pose import NaturalPose
 from artigrasp.references.poses import compose_poses, invert_poses, wrist_moves
@@ -120,14 +119,9 @@ class Energy:
         self._config, self._posed = config, posed
         self._start = wp.to_torch(posed.hands.joint_q, requires_grad=False).clone()
         device = self._start.device
-
-        def tensor(values: NDArray[np.generic]) -> torch.Tensor:
-            kind = torch.float32 if values.dtype.kind == "f" else None
-            return torch.as_tensor(values, dtype=kind, device=device)
-
-        self._wanted = tensor(references.contacts & references.active[:, :, None])
-        self._articulates = tensor(articulates(references))[:, :, None]
-        self._active = tensor(references.active)[:, :, None]
+        self._wanted = to_tensor(references.contacts & references.active[:, :, None], device)
+        self._articulates = to_tensor(articulates(references), device)[:, :, None]
+        self._active = to_tensor(references.active, device)[:, :, None]
         self._fingers = FingerTerms(hands, natural, device)
 
     def evaluate(self) -> tuple[torch.Tensor, torch.Tensor]:

@@ -4,8 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from artigrasp.assets.hand import load_hand
+from artigrasp.assets.hand_table import put_hands
 from artigrasp.assets.object import ObjectModel
-from artigrasp.kernels.layout import BASE, HANDS, WRIST_DOF_COUNT
+from artigrasp.kernels.layout import BASE, HANDS
 from artigrasp.references.hand_distance import HandDistance, PartMeshes
 from artigrasp.references.poses import compose_poses
 from artigrasp.references.reference import ReferenceSet
@@ -29,9 +30,7 @@ def steadying_hands(references: ReferenceSet, model: ObjectModel) -> NDArray[np.
     hands = [load_hand(references.hand, side) for side in HANDS]
     distance = HandDistance(hands, PartMeshes([model], "cpu"), np.zeros(len(references), int))
     base = np.repeat(references.object_pose[:, None], len(HANDS), axis=1)
-    distance.hands.hand_base.assign(compose_poses(base, references.wrist_pose_in_part))
-    # With the base frame at the wrist itself, the six wrist coordinates are zero.
-    distance.hands.joint_q.numpy()[..., WRIST_DOF_COUNT:] = references.finger_angles
+    put_hands(distance.hands, compose_poses(base, references.wrist_pose_in_part), references.finger_angles)
     # the articulated part is of no interest
     distance.part_pose.assign(np.repeat(references.object_pose[:, None], 2, axis=1))
     distance.launch()

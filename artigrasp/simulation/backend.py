@@ -15,6 +15,9 @@ from artigrasp.simulation.state import SimulationState
 BACKENDS = ("cpu", "mjwarp")
 """MuJoCo on all cores; MuJoCo Warp through Newton, meant for GPUs."""
 
+PACKAGES = ("newton", "mujoco", "warp-lang")
+"""Whose versions the numbers depend on."""
+
 
 class Simulation(Protocol):
     """Worlds of one or more scenes, stepped together; the worlds of a scene stand side by side."""

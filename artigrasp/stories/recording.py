@@ -7,6 +7,7 @@ import numpy as np
 from artigrasp.config.story import CloseStep, MoveStep, OpenStep, ReleaseStep, Step, describe_step
 from artigrasp.motion.generate import relative_to_first_base
 from artigrasp.motion.motion import Motion, MotionBystanders
+from artigrasp.simulation.backend import PACKAGES
 from artigrasp.stories.take import FIELDS, Take
 from artigrasp.stories.teller import Tale, Teller
 
@@ -67,7 +68,7 @@ def story_motion(tale: Tale, teller: Teller) -> Motion:
             "problem": tale.problem,
             "rollouts": str(tale.tried),
             "seed": str(teller.settings.seed),
-            **{name: importlib.metadata.version(name) for name in ("artigrasp", "newton", "mujoco", "warp-lang")},
+            **{name: importlib.metadata.version(name) for name in ("artigrasp", *PACKAGES)},
         },
     )
 

@@ -1,6 +1,7 @@
 """What a synthesised grip costs."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 import torch
@@ -10,9 +11,10 @@ from numpy.typing import NDArray
 from artigrasp.arrays import Array
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.hand_surface import HandPoints, core_points
+from artigrasp.assets.hand_table import put_hands
 from artigrasp.config import SynthesisConfig
-from artigrasp.kernels.layout import DOF_COUNT, LINK_PARENTS, TIP_LINKS, WRIST_DOF_COUNT
-from artigrasp.references.energy import FingerTerms, PosedHands, depth_error, differentiate, gap_error
+from artigrasp.kernels.layout import LINK_PARENTS, TIP_LINKS, WRIST_DOF_COUNT
+from artigrasp.references.energy import FingerTerms, PosedHands, depth_error, differentiate, gap_error, to_tensor
 from artigrasp.references.hand_distance import HandDistance, PartMeshes, pose_parts_in_base
 from artigrasp.references.natural_pose import NaturalPose
 from artigrasp.references.synthesis.fingertips import Fingertips
@@ -70,16 +72,9 @@ class SynthesisEnergy:
         self.posed = HandDistance(hands, meshes, np.zeros(count, int), points=points, reach=REACH, requires_grad=True)
         angle = np.full(count, resting.angle)
         self.posed.part_pose.assign(pose_parts_in_base(resting.model, angle))
-        self.posed.hands.hand_base.assign(start[0].astype(np.float32))
-        joint_q = np.zeros((count, len(hands), DOF_COUNT), np.float32)
-        joint_q[..., WRIST_DOF_COUNT:] = start[1]
-        self.posed.hands.joint_q.assign(joint_q)
+        put_hands(self.posed.hands, *start)
         device = wp.to_torch(self.posed.hands.joint_q, requires_grad=False).device
-
-        def tensor(values: NDArray[np.generic]) -> torch.Tensor:
-            kind = torch.float32 if values.dtype.kind == "f" else None
-            return torch.as_tensor(np.ascontiguousarray(values), dtype=kind, device=device)
-
+        tensor = partial(to_tensor, device=device)
         tips = Fingertips(hands)
         self._tip_centre, self._tip_radius, self._pad = tensor(tips.centre), tensor(tips.radius), tensor(tips.pad)
         self._target, self._normal = tensor(intents.target), tensor(intents.normal)

@@ -10,10 +10,10 @@ from artigrasp.arrays import Array
 from artigrasp.assets.hand import HandModel
 from artigrasp.assets.hand_model import MIRROR_POSITION
 from artigrasp.assets.hand_surface import core_points
-from artigrasp.assets.hand_table import hand_table
+from artigrasp.assets.hand_table import hand_table, put_hands
 from artigrasp.kernels import states
 from artigrasp.kernels.kinematics import forward_kinematics
-from artigrasp.kernels.layout import DOF_COUNT, DOFS, TIP_LINKS, WRIST_DOF_COUNT
+from artigrasp.kernels.layout import DOFS, TIP_LINKS, WRIST_DOF_COUNT
 from artigrasp.references.natural_pose import NaturalPose, mirror_fingers
 from artigrasp.references.synthesis.intents import THUMB, Intents
 
@@ -82,10 +82,7 @@ def start_poses(intents: Intents, hands: Sequence[HandModel], natural: NaturalPo
 def tip_centres(wrist: Array, angles: Array, hands: Sequence[HandModel], tips: Fingertips) -> Array:
     """Middles of the fingertips of N posed hands, in the frame of the wrist poses [m], shape [N, H, 5, 3]."""
     state = states.hand_state(len(wrist), len(hands), "cpu")
-    joint_q = np.zeros((*wrist.shape[:2], DOF_COUNT), np.float32)
-    joint_q[..., WRIST_DOF_COUNT:] = angles
-    state.joint_q.assign(joint_q)
-    state.hand_base.assign(wrist.astype(np.float32))
+    put_hands(state, wrist, angles)
     wp.launch(forward_kinematics, dim=wrist.shape[:2], inputs=[state, hand_table(hands, "cpu")], device="cpu")
     frames = state.link_pose.numpy()[:, :, list(TIP_LINKS)].astype(np.float64)
     local = np.broadcast_to(tips.centre, (*frames.shape[:3], 3)).reshape(-1, 3)
