@@ -1,6 +1,5 @@
 """`artigrasp generate`: one motion from a reference, a target angle and a controller."""
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -16,7 +15,6 @@ from artigrasp.files import check_target
 
 if TYPE_CHECKING:
     from artigrasp.motion.motion import Motion
-    from artigrasp.references.reference import ReferenceSet
 
 
 @dataclass(frozen=True)
@@ -73,11 +71,19 @@ class Options:
 def run(options: Options) -> int:
     """Generate the motion."""
     from artigrasp.assets.object import load_object
+    from artigrasp.motion.choice import choose_references, target_offset
+    from artigrasp.references.reference import load_references
 
     files = [None if each is None else find_file("policies", each) for each in (options.policy, options.grasp_policy)]
     if options.grasp_policy is not None and options.sequence is None:
         raise UserError("grasp-policy: expected a --sequence in which it acts, found none")
-    references = _played(options)
+    references = choose_references(
+        load_references(options.object),
+        options.sequence,
+        split=options.split,
+        articulation=options.reference,
+        grasp=options.grasp_reference,
+    )
     widest = load_object(options.object).hinge_upper
     if not 0 <= options.target_angle <= widest:
         expected = f"0 to {widest:.2f} rad, as far as {options.object} opens"
@@ -101,8 +107,8 @@ def run(options: Options) -> int:
     whole: dict[str, Any] = {}
     total_steps = controller.task.episode_steps
     if options.sequence is not None:
-        sequence, half = SEQUENCES[options.sequence], options.target_yaw / 2
-        offset = (*options.target_shift, 0.0, 0.0, math.sin(half), math.cos(half))
+        sequence = SEQUENCES[options.sequence]
+        offset = target_offset(options.target_shift, options.target_yaw)
         whole = {"sequence": sequence, "target_offset": offset, "retry_count": options.retries}
         total_steps = (1 + options.retries) * sum(each.most_steps for each in sequence)
     with progress_bar("Simulating", hidden=options.json) as progress:
@@ -119,18 +125,6 @@ def run(options: Options) -> int:
     save_motion(options.out, motion)
     _tell(motion, controller.name, options)
     return 0
-
-
-def _played(options: Options) -> "ReferenceSet":
-    """The articulation reference, and before or after it that of the grasp if there is a sequence."""
-    from artigrasp.references.reference import join_references, load_references
-
-    references = load_references(options.object)
-    reference = references.select(split=options.split, kind="articulate", indices=options.reference)
-    if options.sequence is None:
-        return reference
-    grasp = references.select(split=options.split, kind="grasp", indices=options.grasp_reference)
-    return join_references([grasp, reference] if options.sequence.startswith("grasp") else [reference, grasp])
 
 
 def _tell(motion: "Motion", controller: str, options: Options) -> None:

@@ -12,6 +12,7 @@ from artigrasp.config import SimulatorConfig
 
 if TYPE_CHECKING:
     from artigrasp.config import TaskConfig
+    from artigrasp.viewer.pilot import Pilot
     from artigrasp.viewer.subject import Subject
 
 
@@ -151,7 +152,6 @@ def _task(what: Task) -> "dict[str, Subject]":
     from artigrasp.cli.policies import played_task
     from artigrasp.controllers.library import make_controller
     from artigrasp.controllers.policy_file import load_policy
-    from artigrasp.viewer.live_subject import LiveSubject
     from artigrasp.viewer.pilot import SteadyPilot
 
     policy = None if what.policy is None else load_policy(find_file("policies", what.policy))
@@ -159,44 +159,33 @@ def _task(what: Task) -> "dict[str, Subject]":
     name = what.controller or ("pd-ik" if policy is None else "policy")
     controller = make_controller(name, task=task, policy=policy, seed=what.seed)
     pilot = SteadyPilot(controller, what.policy if name == "policy" and what.policy else name)
-    live = LiveSubject(
-        task.name,
-        pilot,
-        what.objects,
-        reward_terms=_terms(task),
-        split=what.split,
-        world_count=what.worlds,
-        seed=what.seed,
-        simulator=what.simulator,
-    )
-    return {f"{task.name}, live": live}
+    return {f"{task.name}, live": _live(what, task, pilot, what.objects)}
 
 
 def _run(what: Run) -> "dict[str, Subject]":
     from artigrasp.training.run_folder import read_run_description
-    from artigrasp.viewer.live_subject import LiveSubject
     from artigrasp.viewer.pilot import RunPilot
 
-    description = read_run_description(what.folder)
-    live = LiveSubject(
-        description.task.name,
-        RunPilot(what.folder),
-        description.objects,
-        reward_terms=_terms(description.task),
+    run = read_run_description(what.folder)
+    return {f"{what.folder}, live": _live(what, run.task, RunPilot(what.folder), run.objects)}
+
+
+def _live(what: Task | Run, task: "TaskConfig", pilot: "Pilot", objects: tuple[str, ...]) -> "Subject":
+    """Some worlds of a task, with plots of the terms of the reward that count in it."""
+    from artigrasp.kernels.outcomes import OUTCOME_TERMS
+    from artigrasp.kernels.rewards import TERMS
+    from artigrasp.viewer.live_subject import LiveSubject
+
+    return LiveSubject(
+        task.name,
+        pilot,
+        objects,
+        reward_terms=[term for term in (*TERMS, *OUTCOME_TERMS) if task.reward.counts(term)],
         split=what.split,
         world_count=what.worlds,
         seed=what.seed,
         simulator=what.simulator,
     )
-    return {f"{what.folder}, live": live}
-
-
-def _terms(task: "TaskConfig") -> tuple[str, ...]:
-    """Terms of the reward that count in a task."""
-    from artigrasp.kernels.outcomes import OUTCOME_TERMS
-    from artigrasp.kernels.rewards import TERMS
-
-    return tuple(term for term in (*TERMS, *OUTCOME_TERMS) if task.reward.counts(term))
 
 
 _SUBJECTS: "dict[type[Serving], Callable[[Any], dict[str, Subject]]]" = {

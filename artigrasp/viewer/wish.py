@@ -1,6 +1,5 @@
 """A motion that somebody wishes for in the panel, and how it is made."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,9 +9,10 @@ from artigrasp.config import SimulatorConfig
 from artigrasp.controllers.library import SEARCH_ROLLOUTS, make_controller
 from artigrasp.controllers.policy_file import load_policy
 from artigrasp.errors import UserError
+from artigrasp.motion.choice import choose_references, target_offset
 from artigrasp.motion.generate import generate
 from artigrasp.motion.motion import Motion
-from artigrasp.references.reference import ReferenceSet, join_references, load_references
+from artigrasp.references.reference import load_references
 from artigrasp.tasks import get_task
 from artigrasp.tasks.sequences import SEQUENCES
 from artigrasp.viewer.jobs import Progress
@@ -72,26 +72,26 @@ def fulfil(
     Raises:
         UserError: There is no such object, reference or policy.
     """
-    references = load_references(wish.object)
-    reference = references.select(split=SPLIT, kind="articulate", indices=wish.reference)
-    whole: dict[str, Any] = {}
+    sequence = SEQUENCE_OF.get(wish.what)
+    references = choose_references(
+        load_references(wish.object), sequence, split=SPLIT, articulation=wish.reference, grasp=wish.grasp
+    )
     if wish.actor not in BASELINES and wish.actor not in policies:
         raise UserError(f"no policy {wish.actor!r} any more")
     policy = None if wish.actor in BASELINES else load_policy(policies[wish.actor])
     name = BASELINES.get(wish.actor, "policy")
-    if wish.what == OPEN:
+    whole: dict[str, Any] = {}
+    if sequence is None:
         task = get_task("right-fixed") if policy is None else policy.task
     else:
         task = get_task("both-free")
-        reference = _pair(references, reference, wish)
-        turn = (0.0, 0.0, math.sin(wish.yaw / 2), math.cos(wish.yaw / 2))
-        whole = {"sequence": SEQUENCES[SEQUENCE_OF[wish.what]], "target_offset": (*wish.shift, 0.0, *turn)}
+        whole = {"sequence": SEQUENCES[sequence], "target_offset": target_offset((*wish.shift, 0.0), wish.yaw)}
     controller = make_controller(name, task=task, policy=policy, seed=wish.seed)
     phases = whole.get("sequence", ())
     steps = sum(each.most_steps for each in phases) if phases else controller.task.episode_steps
     return generate(
         controller,
-        reference,
+        references,
         wish.angle,
         **whole,
         seed=wish.seed,
@@ -106,8 +106,3 @@ def reference_counts(object: str) -> tuple[int, int]:
     references = load_references(object)
     kinds = references.kind[[split == SPLIT for split in references.split]].tolist()
     return kinds.count("articulate"), kinds.count("grasp")
-
-
-def _pair(references: ReferenceSet, articulate: ReferenceSet, wish: Wish) -> ReferenceSet:
-    grasp = references.select(split=SPLIT, kind="grasp", indices=wish.grasp)
-    return join_references([grasp, articulate] if wish.what.startswith("carry") else [articulate, grasp])
