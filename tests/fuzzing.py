@@ -4,6 +4,7 @@ import io
 import json
 import os
 import pickle
+import re
 import warnings
 import zipfile
 from collections.abc import Callable
@@ -53,6 +54,8 @@ TRAPS = {
     ),
 }
 """Texts that take a simple reader long, or far."""
+WORD = re.compile(r"""[^\s,;:=@"'()<>{}\[\]]+""")
+OTHER_WORDS = ("", '"', "9" * 30, *"nan inf -1 1e300 -1e999 0 1e-30 99999 é None true ..".split())
 
 
 def examples(count: int) -> settings:
@@ -120,14 +123,21 @@ def damage(data: st.DataObject, path: Path, sign: Path) -> str:
         else:
             path.write_bytes(program)
     elif kind == "text" and is_text:
-        words = content.decode().split(" ")
-        at = data.draw(st.integers(0, len(words) - 1))
-        words[at] = data.draw(st.sampled_from(["nan", "inf", "-1", "1e300", "0", "", "1e-30", "99999", "é", '"']))
-        path.write_text(" ".join(words))
+        damage_word(data, path)
     else:
         kind = "made up"
         path.write_bytes(data.draw(st.binary(max_size=50)))
     return kind
+
+
+def damage_word(data: st.DataObject, path: Path) -> None:
+    """Put another word, or another of its own, in the place of one of a text: punctuation and quotes stay."""
+    text = path.read_text()
+    words = list(WORD.finditer(text))
+    if words:
+        word = data.draw(st.sampled_from(words))
+        other = data.draw(st.sampled_from(OTHER_WORDS) | st.sampled_from(words).map(lambda each: each[0]))
+        path.write_text(text[: word.start()] + other + text[word.end() :])
 
 
 def damage_member(data: st.DataObject, path: Path) -> None:
