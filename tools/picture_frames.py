@@ -51,7 +51,7 @@ def arrow(start: Array, along: Array, length: float, colour: tuple[float, float,
 def frame(pose: NDArray[np.floating], length: float = LENGTH) -> list[Coloured]:
     """The axes of the frame of a pose."""
     axes = Rotation.from_quat(pose[3:]).as_matrix().T
-    return [arrow(pose[:3], axis, length, colour) for axis, colour in zip(axes, AXES, strict=True)]
+    return [arrow(pose[:3].astype(float), axis, length, colour) for axis, colour in zip(axes, AXES, strict=True)]
 
 
 def main() -> None:
