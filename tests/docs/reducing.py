@@ -49,7 +49,7 @@ QUICK = (
 ONE = "--threads 1"
 FEWER = {
     **dict.fromkeys(QUICK, ""),
-    "bench": f"{ONE} --objects box --hands 1 --bases fixed --worlds 2 --rounds 1 --seconds 0.01",
+    "bench": f"{ONE} --alternatives off --objects box --hands 1 --bases fixed --worlds 2 --rounds 1 --seconds 0.01",
     "evaluate": f"{ONE} --objects box --per-object 1",
     "evaluate images": f"{ONE} --objects box --per-object 1 --targets 1",
     "export-policy": "--out exported",
