@@ -1,6 +1,7 @@
 """The few USD operations that hand and object files share: stages, poses and masses, with errors a user can read."""
 
 import contextlib
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,8 @@ from artigrasp.errors import UserError
 from artigrasp.files import check_format, check_inside, write_text
 
 _TEXT = b"#usda"
+_COMMENTARY = re.compile(r" in file \S+ : '(.+?)'\s*(?:Error in |$)", re.DOTALL)
+"""What USD says of a file, between where in USD's own code that was and the next error."""
 
 
 def new_stage(root: str, format: str, version: int) -> Usd.Stage:
@@ -119,8 +122,12 @@ class StageReader:
 
     def pose(self, prim: Usd.Prim) -> tuple[Array, Array]:
         """Position [m] and orientation (xyzw, w >= 0) of a prim in its parent."""
+        xform = UsdGeom.Xformable(prim)
         with _quiet():
-            matrix = UsdGeom.Xformable(prim).GetLocalTransformation().RemoveScaleShear()
+            expected, found = len(xform.GetXformOpOrderAttr().Get() or ()), len(xform.GetOrderedXformOps())
+            matrix = xform.GetLocalTransformation().RemoveScaleShear()
+        if found != expected or not np.isfinite(matrix).all():
+            raise self.error(str(prim.GetPath()), "expected a transformation, found operations without finite values")
         quaternion = matrix.ExtractRotationQuat()
         orientation = np.array([*quaternion.GetImaginary(), quaternion.GetReal()])
         return np.array(matrix.ExtractTranslation()), np.copysign(1.0, orientation[3]) * orientation
@@ -181,12 +188,12 @@ def open_stage(path: Path, root: Path | None = None) -> Usd.Stage:
 
 
 def _reason(error: Exception) -> str:
-    """What USD says, on one line; a file that is no text lets it fail even to say something."""
+    """What USD says first; a file that is no text lets it fail even to say something."""
     try:
-        words = str(error).split("'")[1::2][:1]
+        said = _COMMENTARY.search(str(error))
     except UnicodeDecodeError:
-        words = []
-    return " ".join(" ".join(words).split()) or "not USD"
+        said = None
+    return " ".join(said[1].split()) if said else "not USD"
 
 
 def _check_references(layer: Sdf.Layer, path: Path, root: Path | None) -> None:

@@ -130,6 +130,11 @@ def test_file_that_is_no_hand_is_named(tmp_path: Path) -> None:
         "newer": (text.replace("int version = 2", "int version = 3"), "version: expected at most 2, found 3"),
         "no_thumb": (text.replace('def Xform "thumb3"', 'def Xform "thumb4"'), "/Hand/thumb3: expected a prim"),
         "no_side": (text.replace('artigrasp:side = "right"', 'artigrasp:side = "top"'), "artigrasp:side"),
+        "no_place": (text.replace("xformOp:translate = (-0.047", "elsewhere = (-0.047"), "expected a transformation"),
+        "nowhere": (
+            text.replace("xformOp:translate = (-0.047,", "xformOp:translate = (nan,"),
+            "found operations without",
+        ),
         "nan": (text.replace("physics:high = 100", "physics:high = nan"), "expected finite numbers, found nan"),
     }
     for name, (content, message) in cases.items():
