@@ -22,6 +22,8 @@ LINK_PARENTS = tuple(-1 if link == 0 else 0 if link % 3 == 1 else link - 1 for l
 
 TIP_FINGERS = ("thumb", "index", "middle", "ring", "pinky")
 """Finger order of the five fingertips."""
+LONG_FINGERS = TIP_FINGERS[1:]
+"""All but the thumb, as they lie side by side."""
 TIP_LINKS = tuple(LINKS.index(f"{finger}3") for finger in TIP_FINGERS)
 TIP_COUNT = len(TIP_LINKS)
 

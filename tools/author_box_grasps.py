@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from artigrasp.arrays import Array
 from artigrasp.assets.hand import load_hand
+from artigrasp.assets.hand_model import MIRROR_FINGERS, MIRROR_POSITION, MIRROR_ROTATION
 from artigrasp.assets.object import load_object
 from artigrasp.kernels.layout import ARTICULATED, BASE, HANDS, TIP_FINGERS, TIP_LINKS
 from artigrasp.references.reference import ReferenceSet, join_references, read_references, save_references
@@ -29,8 +30,8 @@ CANDIDATE_COUNT, KEPT, TEST_EVERY = 24, 12, 3
 """Candidates, grasps that are kept, and which of them are for testing: every third."""
 FORWARD_PALM_INWARDS = Rotation.from_matrix([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 """Right wrist beside the wall at +x: fingers forward (+y), palm to the wall, thumb up."""
-MIRROR = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0, 1.0])
-"""Of poses, across x = 0; for the turns of joints its last part holds too."""
+MIRROR = np.concatenate([MIRROR_POSITION, MIRROR_ROTATION, [1.0]])
+"""Factors that mirror poses across x = 0."""
 
 
 def draw_intent(random: np.random.Generator, wall: Array, lid: Array, tip_radii: Array) -> Intent:
@@ -74,7 +75,6 @@ def grasp_set(poses: Sequence[Pose], sources: Sequence[str]) -> ReferenceSet:
     right = np.array([pose.wrist for pose in poses])
     angles = np.array([pose.finger_angles for pose in poses])
     touching = np.array([(pose.gaps < CONTACT_DISTANCE).any(axis=1) for pose in poses])
-    joints = np.tile(MIRROR[3:6], angles.shape[1] // 3)
     return ReferenceSet(
         object=OBJECT,
         hand=HAND,
@@ -83,7 +83,7 @@ def grasp_set(poses: Sequence[Pose], sources: Sequence[str]) -> ReferenceSet:
         active=np.ones((count, len(HANDS)), bool),
         part=np.full((count, len(HANDS)), BASE, np.int32),
         wrist_pose_in_part=np.stack([right * MIRROR, right], axis=1).astype(np.float32),
-        finger_angles=np.stack([angles * joints, angles], axis=1).astype(np.float32),
+        finger_angles=np.stack([angles * MIRROR_FINGERS, angles], axis=1).astype(np.float32),
         contacts=np.stack([touching, touching], axis=1),
         object_pose=np.tile(np.array([0, 0, 0, 0, 0, 0, 1], np.float32), (count, 1)),
         object_angle=np.zeros(count, np.float32),

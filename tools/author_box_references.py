@@ -26,10 +26,10 @@ from artigrasp.controllers.rollout import run_episode
 from artigrasp.environment.action_columns import action_count
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.worlds import trial_worlds
-from artigrasp.kernels.layout import ARTICULATED, BASE, HANDS, LINK_COUNT, TIP_FINGERS, TIP_LINKS
+from artigrasp.kernels.layout import ARTICULATED, BASE, HANDS, LINK_COUNT, LONG_FINGERS, TIP_FINGERS, TIP_LINKS
 from artigrasp.references.reference import ReferenceSet, save_references
 from artigrasp.tasks import get_task
-from tools.hand_fitting import FINGERS, LAST_JOINT_SHARE, MOTIONS, TABLE_CLEARANCE, HandFitter, Intent, Pose
+from tools.hand_fitting import LAST_JOINT_SHARE, MOTIONS, TABLE_CLEARANCE, HandFitter, Intent, Pose
 
 OBJECT, HAND = "lidded-box", "open"
 CANDIDATE_COUNT, KEPT_PER_KIND, TEST_EVERY = 80, 9, 3
@@ -96,9 +96,9 @@ def draw_intent(random: np.random.Generator, grip: str, edge_name: str, lid: Arr
     wrist = turn * flat * Rotation.from_euler("x", roll, degrees=True)
 
     busy_fingers = random.choice([2, 3, 4], p=[0.15, 0.25, 0.6])
-    busy = np.array([True, *(index < busy_fingers for index in range(len(FINGERS)))])
+    busy = np.array([True, *(index < busy_fingers for index in range(len(LONG_FINGERS)))])
     busy[0] = not hooks or random.random() < 0.85
-    below = np.array([not hooks, *[hooks] * len(FINGERS)])
+    below = np.array([not hooks, *[hooks] * len(LONG_FINGERS)])
     across = (wrist.apply([0.0, 0.0, 1.0]) @ along) * np.array([ROW[finger] for finger in TIP_FINGERS])
     across += random.uniform(-1, 1) * edge.half_length
     across[0] += random.uniform(-0.015, 0.015)
@@ -121,7 +121,7 @@ def relaxed_motions(random: np.random.Generator, bend: float) -> Array:
     """Fingers that are bent by about so much from palm to tip [deg], order ``MOTIONS`` [rad]."""
     motions: dict[str, float] = {}
     knuckle_share = random.uniform(0.25, 0.5)
-    for finger in FINGERS:
+    for finger in LONG_FINGERS:
         knuckle = knuckle_share * max(bend, 10.0) + random.normal(0, 5)
         curl = (1 - knuckle_share) * max(bend, 10.0) / (1 + LAST_JOINT_SHARE) + random.normal(0, 5)
         motions |= {f"{finger}_knuckle": knuckle, f"{finger}_curl": curl, f"{finger}_spread": random.normal(0, 3)}

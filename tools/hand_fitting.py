@@ -17,15 +17,15 @@ from artigrasp.arrays import Array
 from artigrasp.assets.hand import Box, HandModel
 from artigrasp.assets.hand_table import hand_table, put_hands
 from artigrasp.kernels import kinematics, states
-from artigrasp.kernels.layout import DOFS, LINK_COUNT, TIP_LINKS, WRIST_DOF_COUNT
+from artigrasp.kernels.layout import DOFS, LINK_COUNT, LONG_FINGERS, TIP_LINKS, WRIST_DOF_COUNT
+from artigrasp.references.synthesis.fingertips import PADS
 
-FINGERS = ("index", "middle", "ring", "pinky")
 LAST_JOINT_SHARE = 0.6
 """The last joint of a finger follows the one before it by this share."""
 MOTIONS: dict[str, dict[str, float]] = {
-    **{f"{finger}_knuckle": {f"{finger}1_rz": 1.0} for finger in FINGERS},
-    **{f"{finger}_spread": {f"{finger}1_ry": 1.0} for finger in FINGERS},
-    **{f"{finger}_curl": {f"{finger}2_rz": 1.0, f"{finger}3_rz": LAST_JOINT_SHARE} for finger in FINGERS},
+    **{f"{finger}_knuckle": {f"{finger}1_rz": 1.0} for finger in LONG_FINGERS},
+    **{f"{finger}_spread": {f"{finger}1_ry": 1.0} for finger in LONG_FINGERS},
+    **{f"{finger}_curl": {f"{finger}2_rz": 1.0, f"{finger}3_rz": LAST_JOINT_SHARE} for finger in LONG_FINGERS},
     **{f"thumb1_{axis}": {f"thumb1_r{axis}": 1.0} for axis in "xyz"},
     **{f"{joint}_curl": {f"{joint}_ry": -np.sqrt(0.5), f"{joint}_rz": np.sqrt(0.5)} for joint in ("thumb2", "thumb3")},
 }
@@ -34,8 +34,6 @@ BASIS = np.array([[turned.get(dof, 0.0) for dof in DOFS[WRIST_DOF_COUNT:]] for t
 MOTION_FREEDOM = np.array([0.1 if "spread" in name else 0.35 for name in MOTIONS])
 WRIST_FREEDOM = 0.12
 """How far a fit may leave the relaxed pose and the intended rotation of the wrist, one standard deviation [rad]."""
-PADS = np.array([[-0.2, -0.69, -0.69], *[[0.0, -1.0, 0.0]] * len(FINGERS)])
-"""The way the pad of each fingertip faces in the frame of its link."""
 TABLE_CLEARANCE = 0.012
 """Least height of the skin above the table [m]."""
 
@@ -139,7 +137,7 @@ class HandFitter:
     def _residuals(self, x: Array, intent: Intent) -> Array:
         """What a fit makes small, in standard deviations, shape [N, M]."""
         tips, pads, points = self._place(x, intent)
-        knuckles = x[:, 6 : 6 + len(FINGERS)]
+        knuckles = x[:, 6 : 6 + len(LONG_FINGERS)]
         terms = [
             (tips - intent.tips) @ intent.axes.T / intent.freedom,
             np.minimum(np.sum(pads * intent.pads, axis=-1) - 0.5, 0.0) * intent.busy / 0.3,

@@ -12,12 +12,14 @@ import numpy as np
 
 from artigrasp.arrays import Array
 from artigrasp.assets.hand_skin import HandSkin, mirror_skin
-from artigrasp.kernels.layout import LINK_COUNT, LINK_PARENTS
+from artigrasp.kernels.layout import FINGER_DOF_COUNT, LINK_COUNT, LINK_PARENTS
 
 MIRROR_POSITION = np.array([-1.0, 1.0, 1.0])
 """Factors that mirror a vector across x = 0."""
 MIRROR_ROTATION = np.array([1.0, -1.0, -1.0])
 """Factors that mirror a rotation vector, an angular limit or a quaternion's vector part across x = 0."""
+MIRROR_FINGERS = np.tile(MIRROR_ROTATION, FINGER_DOF_COUNT // 3)
+"""Factors that mirror finger angles, shape (45,)."""
 
 
 @dataclass(frozen=True, eq=False)

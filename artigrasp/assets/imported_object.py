@@ -14,7 +14,7 @@ from artigrasp.arrays import Array
 from artigrasp.assets.check import MAX_PIECE_VERTICES
 from artigrasp.assets.decomposition import convex_pieces
 from artigrasp.assets.mass import Body, body_of_mesh
-from artigrasp.assets.object_model import PLAIN_COLOURS, Colour, Mesh, ObjectModel, PartModel
+from artigrasp.assets.object_model import PLAIN_COLOURS, Colour, Mesh, ObjectModel, PartModel, join_meshes
 from artigrasp.errors import UserError
 
 MESHES = (".obj", ".stl", ".ply", ".glb")
@@ -165,11 +165,7 @@ def mesh_of(solid: trimesh.Trimesh) -> Mesh:
 
 def _make_part(part: ImportedPart, shift: RigidTransform, density: float, colour: Colour) -> PartModel:
     shown = [moved(mesh, shift) for mesh, _ in part.shown]
-    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in shown)])[:-1]
-    whole = Mesh(
-        np.concatenate([mesh.vertices for mesh in shown]),
-        np.concatenate([mesh.faces + start for mesh, start in zip(shown, starts, strict=True)]),
-    )
+    whole = join_meshes(shown)
     solid = [moved(mesh, shift) for mesh in part.solid] or shown
     with np.errstate(invalid="ignore"):  # what has no volume has no middle
         pieces = tuple(piece for mesh in solid for piece in _pieces(mesh))

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from artigrasp.arrays import Array, check_array
 from artigrasp.assets.hand import load_hand
-from artigrasp.assets.hand_model import MIRROR_ROTATION, Box, Capsule, Collider, HandModel, mirror
+from artigrasp.assets.hand_model import MIRROR_FINGERS, Box, Capsule, Collider, HandModel, mirror
 from artigrasp.assets.mass import Body, body_of_mesh
 from artigrasp.assets.object_model import Mesh
 from artigrasp.errors import UserError
@@ -93,7 +93,7 @@ def read_mano(model_path: Path, name: str, side: str, path: Path) -> tuple[HandM
     found_side = "right" if model.joints[0, 0] > model.joints[1:, 0].mean() else "left"
     hand, mean_pose = replace(_hand(model, found_side), name=name, path=path), model.mean_pose
     if found_side != side:
-        hand, mean_pose = mirror(hand, path), mean_pose * np.tile(MIRROR_ROTATION, LINK_COUNT - 1)
+        hand, mean_pose = mirror(hand, path), mean_pose * MIRROR_FINGERS
     return hand, mean_pose
 
 

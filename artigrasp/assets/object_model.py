@@ -1,5 +1,6 @@
 """What a hinged object is, in numbers: two rigid parts that share one frame at hinge angle 0."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,6 +29,15 @@ class Mesh:
 
     vertices: Array
     faces: Indices
+
+
+def join_meshes(meshes: Sequence[Mesh]) -> Mesh:
+    """All meshes as one."""
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])[:-1]
+    return Mesh(
+        np.concatenate([mesh.vertices for mesh in meshes]),
+        np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]),
+    )
 
 
 def crossed_edges(triangles: Array) -> Array:

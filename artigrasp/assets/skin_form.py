@@ -15,10 +15,8 @@ from numpy.typing import ArrayLike
 
 from artigrasp.arrays import Array
 from artigrasp.assets.hand_model import Box, Capsule, HandModel
-from artigrasp.kernels.layout import FINGERS, TIP_FINGERS
+from artigrasp.kernels.layout import FINGERS, LONG_FINGERS, TIP_FINGERS
 
-LONG_FINGERS = ("index", "middle", "ring", "pinky")
-"""In the order in which they stand side by side."""
 PALM_MELT, FINGER_MELT, CREASE_MELT = 0.016, 0.009, 0.0012
 """Over which distance limbs melt: of the palm, a finger and the palm, neighbouring fingers [m]."""
 STUMP_END = 0.020

@@ -13,7 +13,7 @@ from artigrasp.config import SimulatorConfig, TaskConfig
 from artigrasp.controllers.controller import pd_ik_controller
 from artigrasp.environment.environment import Environment
 from artigrasp.environment.make import make_environment
-from artigrasp.kernels import metrics, states
+from artigrasp.environment.snapshot import batched_arrays
 
 APPROACH_STEPS = 120
 """Control steps after which the PD+IK hand has arrived, closed and begun to pull."""
@@ -40,7 +40,7 @@ class RecordedStates:
         *,
         split: str,
         seed: int = 0,
-        count: int = 20,
+        count: int,
         threads: int | None = None,
     ) -> None:
         """Let PD+IK play.
@@ -116,16 +116,7 @@ class RecordedStates:
 
 def _arrays(environment: Environment) -> list[wp.array]:
     """The arrays that a control step reads, targets and torques first; those of every backend."""
-    state = environment.state
-    groups = (
-        (states.HandState, state.hands),
-        (states.ObjectState, state.objects),
-        (states.ObjectSlots, state.slots),
-        (states.Goal, environment.goal),
-        (states.PhaseState, environment.phase),
-        (metrics.EpisodeMetrics, environment.metrics),
-    )
-    arrays = [getattr(group, name) for kind, group in groups for name in states.element_types(kind)]
+    state, arrays = environment.state, list(batched_arrays(environment).values())
     arrays += [environment.step_count, environment.reference_index, environment.stiffness, environment.damping]
     arrays += [state.diverged, state.overflow_count]
     return [environment.target, environment.simulation.joint_torque, *arrays]

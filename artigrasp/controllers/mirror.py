@@ -10,11 +10,12 @@ import functools
 
 import torch
 
+from artigrasp.assets.hand_model import MIRROR_POSITION, MIRROR_ROTATION
 from artigrasp.config import ActionConfig
 from artigrasp.environment.action_columns import synergy_directions
 from artigrasp.kernels.layout import DOF_COUNT, FEATURE_COUNT, FINGER_DOF_COUNT, feature_slice
 
-_SHIFT, _TURN = (-1.0, 1.0, 1.0), (1.0, -1.0, -1.0)
+_SHIFT, _TURN = (tuple(each.tolist()) for each in (MIRROR_POSITION, MIRROR_ROTATION))
 """Signs of a shift and of a turn along the axes of a link; the angles of a joint go like turns."""
 
 _PART_TURN = slice(feature_slice("part_pose_in_wrist").start + 3, feature_slice("part_pose_in_wrist").start + 6)

@@ -73,8 +73,8 @@ def _index_bounds(environment: Environment) -> dict[str, tuple[int, int]]:
     }
 
 
-def _world_arrays(environment: Environment) -> dict[str, Any]:
-    """Arrays of the environment and its simulation with a row for each world, by name."""
+def batched_arrays(environment: Environment) -> dict[str, wp.array]:
+    """Arrays of the structs that kernels read and write, by name."""
     state = environment.state
     groups = {
         "hands": (state.hands, states.HandState),
@@ -84,17 +84,22 @@ def _world_arrays(environment: Environment) -> dict[str, Any]:
         "phase": (environment.phase, states.PhaseState),
         "metrics": (environment.metrics, metrics.EpisodeMetrics),
     }
-    arrays: dict[str, Any] = {
+    return {
         f"{group}.{name}": getattr(values, name)
         for group, (values, kind) in groups.items()
         for name in states.element_types(kind)
     }
+
+
+def _world_arrays(environment: Environment) -> dict[str, Any]:
+    """Arrays of the environment and its simulation with a row for each world, by name."""
+    arrays: dict[str, Any] = batched_arrays(environment)
     arrays["simulation.joint_torque"] = environment.simulation.joint_torque
     holders: dict[str, object] = {
         "environment": environment,
         "acting": environment._acting,
         "machine": environment._machine,
-        "state": state,
+        "state": environment.state,
     }
     if isinstance(environment.simulation, CpuSimulation):
         holders["packed"] = environment.simulation.packed

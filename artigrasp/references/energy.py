@@ -13,7 +13,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from artigrasp.assets.hand import HandModel
-from artigrasp.assets.hand_model import MIRROR_ROTATION
+from artigrasp.assets.hand_model import MIRROR_FINGERS
 from artigrasp.kernels.layout import FINGER_DOF_COUNT, WRIST_DOF_COUNT
 from artigrasp.references.hand_distance import HandDistance
 from artigrasp.references.natural_pose import NaturalPose
@@ -90,8 +90,7 @@ class FingerTerms:
             to_tensor(np.stack([getattr(hand, name) for hand in hands])[:, WRIST_DOF_COUNT:], device)
             for name in ("lower", "upper")
         )
-        mirrored = np.tile(MIRROR_ROTATION, FINGER_DOF_COUNT // 3)
-        to_right = np.stack([mirrored if hand.side == "left" else np.ones_like(mirrored) for hand in hands])
+        to_right = np.stack([MIRROR_FINGERS if hand.side == "left" else np.ones(FINGER_DOF_COUNT) for hand in hands])
         self._to_right = to_tensor(to_right, device)
         self._mean, self._whitening = to_tensor(natural.mean, device), to_tensor(natural.whitening, device)
 

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from artigrasp.arrays import Array
-from artigrasp.assets.hand_model import MIRROR_ROTATION
+from artigrasp.assets.hand_model import MIRROR_FINGERS
 from artigrasp.assets.library import list_assets
-from artigrasp.kernels.layout import DOFS, FINGER_DOF_COUNT, HANDS, WRIST_DOF_COUNT
+from artigrasp.kernels.layout import DOFS, FINGER_DOF_COUNT, HANDS, LONG_FINGERS, WRIST_DOF_COUNT
 from artigrasp.references.reference import ReferenceSet, load_references
 
 PRIOR_DEVIATION = 0.3
@@ -21,8 +21,6 @@ PRIOR_DEVIATION = 0.3
 PRIOR_COUNT = 45
 """So many poses have as much say as that prior: about as many as it has dimensions."""
 SPLIT = "train"
-
-
 STIFFNESS = 0.06
 """Standard deviation of each finger angle of a relaxed hand besides its motions [rad]."""
 
@@ -36,15 +34,14 @@ class _Motion:
     deviation: float
 
 
-_LONG_FINGERS = ("index", "middle", "ring", "pinky")
 _MOTIONS = (
-    _Motion({f"{finger}1_rz": 1.0 for finger in _LONG_FINGERS}, 0.4, 0.3),
+    _Motion({f"{finger}1_rz": 1.0 for finger in LONG_FINGERS}, 0.4, 0.3),
     _Motion(
-        {f"{finger}{joint}_rz": share for finger in _LONG_FINGERS for joint, share in ((2, 1.0), (3, 0.6))}, 0.4, 0.3
+        {f"{finger}{joint}_rz": share for finger in LONG_FINGERS for joint, share in ((2, 1.0), (3, 0.6))}, 0.4, 0.3
     ),
-    *(_Motion({f"{finger}1_rz": 1.0}, 0.0, 0.2) for finger in _LONG_FINGERS),
-    *(_Motion({f"{finger}2_rz": 1.0, f"{finger}3_rz": 0.6}, 0.0, 0.25) for finger in _LONG_FINGERS),
-    *(_Motion({f"{finger}1_ry": 1.0}, 0.0, 0.1) for finger in _LONG_FINGERS),
+    *(_Motion({f"{finger}1_rz": 1.0}, 0.0, 0.2) for finger in LONG_FINGERS),
+    *(_Motion({f"{finger}2_rz": 1.0, f"{finger}3_rz": 0.6}, 0.0, 0.25) for finger in LONG_FINGERS),
+    *(_Motion({f"{finger}1_ry": 1.0}, 0.0, 0.1) for finger in LONG_FINGERS),
     _Motion({"thumb1_rx": 1.0}, 0.35, 0.3),
     _Motion({"thumb1_ry": 1.0}, 0.0, 0.25),
     _Motion({"thumb1_rz": 1.0}, 0.2, 0.25),
@@ -73,7 +70,7 @@ class NaturalPose:
 
 def mirror_fingers(finger_angles: NDArray[np.floating]) -> Array:
     """Finger angles of the other side's hand in the mirrored pose, shape [..., 45]."""
-    mirrored: Array = finger_angles * np.tile(MIRROR_ROTATION, FINGER_DOF_COUNT // 3)
+    mirrored: Array = finger_angles * MIRROR_FINGERS
     return mirrored
 
 

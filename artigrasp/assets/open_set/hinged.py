@@ -8,7 +8,7 @@ import numpy as np
 import trimesh
 
 from artigrasp.assets.mass import Body, join_bodies
-from artigrasp.assets.object_model import Mesh, PartModel
+from artigrasp.assets.object_model import Mesh, PartModel, join_meshes
 from artigrasp.assets.open_set.solids import Solid
 
 _DIGITS = 5
@@ -47,12 +47,12 @@ class Blueprint(NamedTuple):
 def make_part(solids: Sequence[Solid], mass: float) -> PartModel:
     """The part of a mass [kg] that is made of these solids."""
     shown = [_rounded(solid.shown) for solid in solids]
-    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in shown)])[:-1]
+    whole = join_meshes(shown)
     pieces = [(_rounded(piece), solid.density) for solid in solids for piece in solid.pieces]
     return PartModel(
         *_body(pieces, mass),
-        vertices=np.concatenate([mesh.vertices for mesh in shown]),
-        faces=np.concatenate([mesh.faces + start for mesh, start in zip(shown, starts, strict=True)]),
+        vertices=whole.vertices,
+        faces=whole.faces,
         pieces=tuple(piece for piece, _ in pieces),
         colours=np.concatenate(
             [np.tile(solid.colour, (len(mesh.faces), 1)) for solid, mesh in zip(solids, shown, strict=True)]

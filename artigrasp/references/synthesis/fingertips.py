@@ -13,11 +13,11 @@ from artigrasp.assets.hand_surface import core_points
 from artigrasp.assets.hand_table import hand_table, put_hands
 from artigrasp.kernels import states
 from artigrasp.kernels.kinematics import forward_kinematics
-from artigrasp.kernels.layout import DOFS, TIP_LINKS, WRIST_DOF_COUNT
+from artigrasp.kernels.layout import DOFS, LONG_FINGERS, TIP_LINKS, WRIST_DOF_COUNT
 from artigrasp.references.natural_pose import NaturalPose, mirror_fingers
 from artigrasp.references.synthesis.intents import THUMB, Intents
 
-PADS = np.array([[-0.2, -0.69, -0.69], *[[0.0, -1.0, 0.0]] * 4])
+PADS = np.array([[-0.2, -0.69, -0.69], *[[0.0, -1.0, 0.0]] * len(LONG_FINGERS)])
 """The way the pad of each fingertip of a right hand faces in the frame of its link, order ``TIP_FINGERS``."""
 APPROACH = 0.01
 """How far the fingertips are from what they are meant for, at the start [m]."""
@@ -25,7 +25,6 @@ SPREAD = 0.5
 """How much the fingers differ at the start, over how much natural ones do."""
 KNUCKLE_SHARES, MIDDLE_SHARE = (0.35, 0.6), 0.62
 """Share of a finger's bend that is at its knuckle, and of what remains that at its middle joint."""
-LONG_FINGERS = ("index", "middle", "ring", "pinky")
 
 
 class Fingertips:
