@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import torch
 import trimesh
+import warp as wp
 import yaml
 from hypothesis import strategies as st
 from pxr import Sdf
@@ -24,6 +25,7 @@ from artigrasp.assets.fidelity import Fidelity
 from artigrasp.assets.hand import load_hand, read_hand, write_hand
 from artigrasp.assets.hand_skin import HandSkin
 from artigrasp.assets.imported_object import MESHES, load_mesh, make_imported
+from artigrasp.assets.library import packaged_root
 from artigrasp.assets.mano_hand import read_mano
 from artigrasp.assets.object import read_object, write_object
 from artigrasp.assets.urdf_object import read_urdf_object
@@ -31,6 +33,7 @@ from artigrasp.assets.usd_object import read_usd_object
 from artigrasp.config import CurriculumConfig, SimulatorConfig, read_task, write_task
 from artigrasp.controllers.policy_file import load_policy, save_policy
 from artigrasp.controllers.search import with_offsets
+from artigrasp.environment.make import make_environment
 from artigrasp.errors import UserError
 from artigrasp.evaluation.articulation import ArticulationOutcomes
 from artigrasp.evaluation.chunks import CHUNK_FORMAT, CHUNK_VERSION, load_chunk
@@ -162,6 +165,24 @@ def _hand(path: Path) -> None:
     write_hand(replace(hand, path=path, skin=skin))
 
 
+def _assets(folder: Path) -> None:
+    """Object, references and hand of a small world."""
+    for name in ("objects/lidded-box.usda", "references/lidded-box.npz", "hands/open_right.usda"):
+        (folder / name).parent.mkdir()
+        shutil.copy(packaged_root() / name, folder / name)
+
+
+def _simulate(folder: Path) -> None:
+    """What is read is also good for something: worlds are made of it, and step."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ARTIGRASP_ASSETS", str(folder))
+        environment = make_environment(small_paper(), ("lidded-box",))
+    environment.reset()
+    shape = (environment.world_count, environment.hand_count, environment.action_count)
+    environment.step(wp.zeros(shape, dtype=float))
+    assert np.isfinite(environment.observe().numpy()).all()
+
+
 def _object(path: Path) -> None:
     with TemporaryDirectory() as folder:
         write_object(make_imported(read_urdf_object(foreign_urdf(Path(folder))), "case", path))
@@ -272,6 +293,7 @@ READERS = (
     Reader("story", lambda to: (to / "s.yaml").write_text(yaml.safe_dump(STORY)), lambda at: read_story(at / "s.yaml")),
     Reader("object, USD", lambda to: _object(to / "o.usda"), lambda at: check_asset(at / "o.usda"), slow=True),
     Reader("hand, USD", lambda to: _hand(to / "h.usda"), lambda at: read_hand(at / "h.usda"), slow=True),
+    Reader("assets, simulated", _assets, _simulate, slow=True),
     Reader("foreign object, USD text", lambda to: foreign_usd(to / "case.usda", "Z", 0.01),
            lambda at: make_imported(read_usd_object(at / "case.usda"), "case", at / "o.usda"), slow=True),
     Reader("foreign object, USD binary", _packed_usd, lambda at: read_usd_object(at / "case.usda"), slow=True),
