@@ -75,9 +75,7 @@ OTHER_WORDS = (
 
 
 def examples(count: int) -> settings:
-    """So many inputs, the same at every run; where the environment variable ``ARTIGRASP_FUZZ`` is set, so many times
-    as many, and others at every run.
-    """
+    """So many inputs, the same at every run, or so many times the variable ``ARTIGRASP_FUZZ``, others at every run."""
     times = os.environ.get("ARTIGRASP_FUZZ")
     return settings(max_examples=count * int(times or "1"), derandomize=not times, deadline=None)
 
