@@ -127,8 +127,8 @@ def _array(data: dict[str, Any], name: str) -> Any:
     value = data.get(name)
     if isinstance(value, dict) and {"data", "indices", "indptr"} <= set(value):
         shape = value.get("_shape", value.get("shape"))
-        is_shape = isinstance(shape, tuple | list) and all(type(size) is int and size >= 0 for size in shape)
-        if not is_shape or len(shape) != 2 or shape[0] * shape[1] > _LARGEST_MATRIX:
+        is_pair = isinstance(shape, tuple | list) and [type(size) for size in shape] == [int, int]
+        if shape is None or not is_pair or min(shape) < 0 or shape[0] * shape[1] > _LARGEST_MATRIX:
             raise ValueError(f"{name}: expected the shape of a sparse matrix, found {shape}")
         numbers = check_array(f"{name}.data", value["data"], ("N",), np.float64)
         rows = check_array(f"{name}.indices", value["indices"], ("N",), np.int64)

@@ -15,9 +15,9 @@ from scipy.sparse.linalg import factorized
 from artigrasp.arrays import Array
 from artigrasp.assets.hand_model import HandModel, mirror
 from artigrasp.assets.hand_skin import SKIN_COLOUR, HandSkin, mirror_skin
-from artigrasp.assets.skin_form import LONG_FINGERS, PALMAR, HandForm, hand_form, inner_side
+from artigrasp.assets.skin_form import PALMAR, HandForm, hand_form, inner_side
 from artigrasp.assets.skin_usd import INFLUENCES, WEIGHT_DIGITS
-from artigrasp.kernels.layout import FINGERS, LINK_COUNT
+from artigrasp.kernels.layout import FINGERS, LINK_COUNT, LONG_FINGERS
 
 CELL, STRIDE = 0.0015, 4
 """Edge length of the cells in which the surface is sought [m], and how many times that where it is not."""

@@ -30,7 +30,7 @@ def link_poses(motion: Motion, hands: Sequence[HandModel]) -> NDArray[np.float32
     Returns:
         Link frames in the world: position [m], quaternion xyzw, shape ``[T, H, 16, 7]``.
     """
-    state = states.hand_state(*motion.joint_q.shape[:2], _DEVICE)
+    state = states.hand_state(len(motion.time), len(hands), _DEVICE)
     state.joint_q.assign(motion.joint_q)
     state.hand_base.assign(np.broadcast_to(motion.hand_base, (len(motion.time), *motion.hand_base.shape)))
     return _link_poses(state, hands)
