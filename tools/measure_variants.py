@@ -19,18 +19,18 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from artigrasp.assets.open_set.catalogue import PAPER_CATEGORIES, object_name
 from artigrasp.evaluation.report import format_estimate, markdown_table
 from artigrasp.files import atomic_write, write_text
 from tools.arms import Arm, Measured, Protocol, measure
 from tools.exits import exits_on_error
 
 PRIOR = "prior"
-CATEGORIES = ("box", "espresso-machine", "ketchup-bottle", "laptop", "microwave", "mixer", "notebook", "waffle-iron")
 
 
-def variants(seeds: Sequence[int], categories: Sequence[str] = CATEGORIES) -> tuple[str, ...]:
+def variants(seeds: Sequence[int], categories: Sequence[str] = PAPER_CATEGORIES) -> tuple[str, ...]:
     """Variants of categories."""
-    return tuple(f"open-{category}-{seed}" for seed in seeds for category in categories)
+    return tuple(object_name(category, seed) for seed in seeds for category in categories)
 
 
 def of_count(count: int) -> str:
@@ -54,7 +54,7 @@ def left_out_arms(options: argparse.Namespace) -> list[Arm]:
     """A policy for each category that is left out."""
     seeds, found = range(1, options.left_out_count + 1), []
     for category in options.left_out:
-        others = tuple(each for each in CATEGORIES if each != category)
+        others = tuple(each for each in PAPER_CATEGORIES if each != category)
         found.append(
             Arm(without(category), options.task, variants(seeds, others), variants(options.unseen, (category,)))
         )
@@ -123,7 +123,7 @@ def main() -> None:
     parser.add_argument("--task", default="right-free-replay-firm", help="what is trained, and whose scene is measured")
     parser.add_argument("--counts", nargs="+", type=int, default=[1, 2, 4, 8])
     parser.add_argument("--unseen", nargs="+", type=int, default=[1000, 1001, 1002, 1003])
-    parser.add_argument("--left-out", nargs="*", choices=CATEGORIES, default=[])
+    parser.add_argument("--left-out", nargs="*", choices=PAPER_CATEGORIES, default=[])
     parser.add_argument("--left-out-count", type=int, default=4, help="variants of each other category; of the counts")
     parser.add_argument("--seeds", nargs="+", type=int, default=[0, 1, 2])
     parser.add_argument("--left-out-seeds", nargs="+", type=int, default=[0])

@@ -17,7 +17,7 @@ from artigrasp.export.camera import look_at
 from artigrasp.export.hand_surface import hand_surface
 from artigrasp.export.image_file import save_image
 from artigrasp.export.raycaster import render_surface
-from artigrasp.export.surface import Surface
+from artigrasp.export.surface import rest
 from artigrasp.kernels.layout import FINGERS, HANDS
 from artigrasp.motion.kinematics import reference_link_poses
 from artigrasp.motion.motion import MotionReference
@@ -45,12 +45,6 @@ def shown_angles() -> list[Array]:
     return [spread.ravel(), relaxed_pose().mean, fist.ravel()]
 
 
-def on_the_floor(surface: Surface) -> Surface:
-    """The surface, its lowest point on z = 0."""
-    lowest = np.array([0.0, 0.0, surface.vertices[:, 2].min()])
-    return Surface(surface.vertices - lowest, surface.faces, surface.corner_normals)
-
-
 def main() -> None:
     """Render and write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -68,7 +62,7 @@ def main() -> None:
         posed = MotionReference(np.zeros(len(angles), np.int64), wrists, angles.astype(np.float32))
         surface = hand_surface(hand, rigid=rigid)
         links = reference_link_poses(posed, [hand] * len(angles))
-        scenes = [on_the_floor(surface.posed(each)) for each in links]
+        scenes = [rest(surface.posed(each)) for each in links]
         view = look_at(np.concatenate([each.vertices for each in scenes]), DIRECTION, 1.0)
         row = [render_surface(each, surface.colours, view, width=options.size, height=options.size) for each in scenes]
         rows.append(np.concatenate(row, axis=1))

@@ -26,6 +26,7 @@ import torch
 import warp as wp
 
 from artigrasp.assets.library import find_file
+from artigrasp.assets.open_set.catalogue import PAPER_CATEGORIES, object_name
 from artigrasp.benchmark.memory import memory_mb
 from artigrasp.config import ActionConfig, ResidualConfig, SimulatorConfig, TaskConfig
 from artigrasp.controllers.controller import PolicyController
@@ -38,10 +39,7 @@ from artigrasp.references.reference import load_references
 from artigrasp.training.vec_env import HandVecEnv
 
 FORMAT, VERSION = "artigrasp.stress", 2
-OBJECTS = (
-    "open-box", "open-espresso-machine", "open-ketchup-bottle", "open-laptop", "open-microwave", "open-mixer",
-    "open-notebook", "open-waffle-iron",
-)  # fmt: skip
+OBJECTS = tuple(map(object_name, PAPER_CATEGORIES))
 MEMORY_SAMPLES = 10
 """Of each play, spread evenly over it."""
 

@@ -164,18 +164,19 @@ def mirror_synthesized(
         check = check.update(failed, found)
     works = np.flatnonzero(check.works)
     verdict = check.verdict[works]
-    counts = {"fitted": len(other), "sound": len(other), "tried": len(other)}
-    found_count = SynthesisCount(
-        **counts,
+    count = SynthesisCount(
+        fitted=len(other),
+        sound=len(other),
+        tried=len(other),
         pd_ik=int((verdict == PD_IK).sum()),
         search=int((verdict == SEARCH).sum()),
         seconds=time.perf_counter() - began,
     )
     if not len(works):
-        return SynthesizedReferences(None, found_count, ())
+        return SynthesizedReferences(None, count, ())
     references = replace(references, source=np.array([f"{source}, mirrored" for source in references.source]))
     same = [{name: records[row][name] for name in ("energy", "deepest", "merit")} for row in works.tolist()]
-    return _kept(references.select(indices=works), same, check, works, found_count)
+    return _kept(references.select(indices=works), same, check, works, count)
 
 
 def _kept(

@@ -21,8 +21,8 @@ from artigrasp.errors import UserError
 from artigrasp.kernels.layout import HANDS, LINK_COUNT
 from artigrasp.references.arctic_sequence import (
     CONTACT_ROWS,
+    RecordedSequence,
     Recording,
-    Sequence,
     check_hand_poses,
     check_name,
     check_object_states,
@@ -126,7 +126,7 @@ class _Sequences:
 
     def frame(self, label: Label) -> LabelledFrame | None:
         """The frame of a label, or None if a recording or its contacts are not there."""
-        shown: Sequence | None = self._read(label.recording)
+        shown: RecordedSequence | None = self._read(label.recording)
         initial_state = self.initial_state(label)
         if shown is None or shown.contacts is None or initial_state is None:
             return None
@@ -144,13 +144,13 @@ class _Sequences:
     def initial_state(self, label: Label) -> Array | None:
         """The object's state in the world at a label's initial frame, or None if the recording is not there."""
         recording = label.recording._replace(reconstructed=False)
-        recorded: Sequence | None = self._read(recording)
+        recorded: RecordedSequence | None = self._read(recording)
         if recorded is None:
             return None
         state: Array = recorded.object_state[self._index(recording, recorded, label.initial_frame)]
         return state
 
-    def _index(self, recording: Recording, sequence: Sequence, frame: int) -> int:
+    def _index(self, recording: Recording, sequence: RecordedSequence, frame: int) -> int:
         if not 0 <= frame < len(sequence.object_state):
             path = sequence_files(self._source, recording)[0]
             raise UserError(f"{path}: expected the labelled frame {frame}, found {len(sequence.object_state)} frames")

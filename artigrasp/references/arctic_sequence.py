@@ -42,7 +42,7 @@ class Recording(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Sequence:
+class RecordedSequence:
     """A recording of T frames, as ARCTIC gives it; hands in the order of ``HANDS``.
 
     Attributes:
@@ -129,7 +129,7 @@ def object_sequence_files(source: ArcticSource, object_name: str) -> list[Path]:
     )
 
 
-def read_sequence(source: ArcticSource, recording: Recording) -> Sequence | None:
+def read_sequence(source: ArcticSource, recording: Recording) -> RecordedSequence | None:
     """Read a recording, or return None if it is not there.
 
     Raises:
@@ -149,7 +149,7 @@ def read_sequence(source: ArcticSource, recording: Recording) -> Sequence | None
     contacts = None
     if len(contact_paths) == len(HANDS):
         contacts = np.stack([_read_contacts(path, sizes) for path in contact_paths], axis=1)
-    return Sequence(hands["rot"], hands["pose"], hands["trans"], state, contacts)
+    return RecordedSequence(hands["rot"], hands["pose"], hands["trans"], state, contacts)
 
 
 def check_object_states(name: str, states: Array) -> None:

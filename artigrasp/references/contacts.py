@@ -4,7 +4,7 @@ The hands are those of MANO's mean shape in the poses that were fitted to a subj
 in the recording are some millimetres apart, or overlap: a link touches from a small distance on.
 """
 
-from collections.abc import Sequence as Ordered
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from artigrasp.assets.hand import HandModel
 from artigrasp.assets.object import ObjectModel
 from artigrasp.kernels.layout import ARTICULATED, BASE, HANDS
 from artigrasp.references.arctic_references import base_pose
-from artigrasp.references.arctic_sequence import Sequence
+from artigrasp.references.arctic_sequence import RecordedSequence
 from artigrasp.references.hand_distance import link_distances
 from artigrasp.references.mano_pose import finger_angles, wrist_pose
 from artigrasp.references.poses import to_poses
@@ -24,7 +24,11 @@ THICKNESS = 0.03
 
 
 def measure_contacts(
-    model: ObjectModel, hands: Ordered[HandModel], sequence: Sequence, mean_pose: dict[str, Array], distance: float
+    model: ObjectModel,
+    hands: Sequence[HandModel],
+    sequence: RecordedSequence,
+    mean_pose: dict[str, Array],
+    distance: float,
 ) -> NDArray[np.bool_]:
     """Contacts as a sequence has them: with the articulated part, the base and either, shape (T, 2, 3, 16).
 

@@ -15,7 +15,7 @@ from artigrasp.assets.object import ObjectModel
 from artigrasp.config.extraction import ExtractionConfig
 from artigrasp.errors import UserError
 from artigrasp.kernels.layout import HANDS
-from artigrasp.references.arctic_sequence import Recording, Sequence, read_sequence, sequence_files
+from artigrasp.references.arctic_sequence import RecordedSequence, Recording, read_sequence, sequence_files
 from artigrasp.references.contacts import measure_contacts
 from artigrasp.references.interactions import Interaction, Signals, find_interactions
 from artigrasp.references.signals import measure_signals
@@ -36,7 +36,7 @@ class Extraction:
 
     recording: Recording
     states: Array
-    shown: Sequence
+    shown: RecordedSequence
     contacts: NDArray[np.bool_]
     signals: Signals
     interactions: tuple[Interaction, ...]
@@ -95,7 +95,7 @@ class Extractor:
         signals = measure_signals(model, states, contacts, self.config)
         return Extraction(recording, states, shown, contacts, signals, tuple(find_interactions(signals, self.config)))
 
-    def _read(self, recording: Recording) -> Sequence:
+    def _read(self, recording: Recording) -> RecordedSequence:
         sequence = read_sequence(self._source, recording)
         if sequence is None:
             subject, name, reconstructed = recording

@@ -42,6 +42,8 @@ CATEGORIES: dict[str, type[Category]] = {
     "waffle-iron": WaffleIron,
     "scissors": Scissors,
 }
+PAPER_CATEGORIES = tuple(name for name in CATEGORIES if name != "scissors")
+"""Those of the paper's eight objects."""
 _NAME = re.compile(r"open-([a-z-]+?)(?:-([1-9][0-9]{0,8}))?")
 """The prefix tells our objects from ARCTIC's, of which an import makes `box`, `laptop` and others."""
 
