@@ -8,6 +8,7 @@ what is seen; collision shapes are guides where there is one. Every joint carrie
 there a scene must set both from the :class:`HandModel`.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from artigrasp.arrays import Array
 from artigrasp.assets.hand_model import Box, Capsule, Collider, HandModel
 from artigrasp.assets.hand_skin import SKIN_COLOUR
 from artigrasp.assets.skin_usd import define_skin, read_skin
+from artigrasp.assets.usd_physics import check_physics
 from artigrasp.assets.usd_stage import StageReader, new_stage, save_stage, set_attribute, set_mass, set_pose, vector
 from artigrasp.kernels.layout import DOF_COUNT, HANDS, LINK_PARENTS, LINKS, TIP_FINGERS, TIP_LINKS, WRIST_DOF_COUNT
 
@@ -41,6 +43,10 @@ def link_dofs(link: int) -> slice:
 
 def write_hand(hand: HandModel) -> None:
     """Write the hand to ``hand.path``, whole or not at all."""
+    save_stage(_hand_stage(hand), hand.path)
+
+
+def _hand_stage(hand: HandModel) -> Usd.Stage:
     stage = new_stage("Hand", FORMAT, VERSION)
     root = stage.GetDefaultPrim()
     UsdPhysics.ArticulationRootAPI.Apply(root)
@@ -61,7 +67,7 @@ def write_hand(hand: HandModel) -> None:
         _write_tip(stage, f"/Hand/{LINKS[link]}/{finger}_tip", offset)
     if hand.skin is not None:
         define_skin(stage, SKIN_PATH, hand.skin)
-    save_stage(stage, hand.path)
+    return stage
 
 
 def _write_link(stage: Usd.Stage, hand: HandModel, link: int, origin: Array) -> None:
@@ -168,7 +174,7 @@ def read_hand(path: Path) -> HandModel:
 
     angular = np.array([axis in ANGULAR_AXES for link in range(len(LINKS)) for axis in link_axes(link)])
     to_model = np.where(angular, np.radians(1.0), 1.0)
-    return HandModel(
+    hand = HandModel(
         name=str(reader.value(root, "artigrasp:name")),
         side=side,
         path=path,
@@ -185,6 +191,8 @@ def read_hand(path: Path) -> HandModel:
         colliders=tuple(_read_colliders(reader, link) for link in links),
         skin=read_skin(reader, SKIN_PATH),
     )
+    check_physics(path, reader.stage, _hand_stage(replace(hand, skin=None)))
+    return hand
 
 
 def _per_joint(reader: StageReader, joints: list[Usd.Prim], attribute: str) -> Array:

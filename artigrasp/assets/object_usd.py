@@ -5,6 +5,7 @@
 free.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
 
 from artigrasp.arrays import Array
 from artigrasp.assets.object_model import Indices, Mesh, ObjectModel, PartModel
+from artigrasp.assets.usd_physics import check_physics
 from artigrasp.assets.usd_stage import StageReader, new_stage, save_stage, set_attribute, set_mass, vector
 from artigrasp.kernels.layout import PARTS
 
@@ -21,6 +23,10 @@ FORMAT, VERSION = "artigrasp.object", 2
 
 def write_object(model: ObjectModel) -> None:
     """Write the object to ``model.path``, whole or not at all."""
+    save_stage(_object_stage(model), model.path)
+
+
+def _object_stage(model: ObjectModel) -> Usd.Stage:
     stage = new_stage("Object", FORMAT, VERSION)
     root = stage.GetDefaultPrim()
     UsdPhysics.ArticulationRootAPI.Apply(root)
@@ -38,7 +44,7 @@ def write_object(model: ObjectModel) -> None:
             approximation = UsdPhysics.MeshCollisionAPI.Apply(mesh.GetPrim())
             approximation.CreateApproximationAttr(UsdPhysics.Tokens.convexHull)
     write_hinge(stage, "/Object", model)
-    save_stage(stage, model.path)
+    return stage
 
 
 def _write_mesh(stage: Usd.Stage, path: str, mesh: Mesh) -> UsdGeom.Mesh:
@@ -99,7 +105,7 @@ def read_object(path: Path) -> ObjectModel:
     reader = StageReader(path, FORMAT, VERSION)
     hinge = reader.prim("/Object/hinge")
     base, articulated = (_read_part(reader, name) for name in PARTS)
-    return ObjectModel(
+    model = ObjectModel(
         name=str(reader.value(reader.prim("/Object"), "artigrasp:name")),
         path=path,
         parts=(base, articulated),
@@ -110,6 +116,14 @@ def read_object(path: Path) -> ObjectModel:
         hinge_damping=float(np.degrees(reader.number(hinge, "newton:damping"))),
         hinge_friction=reader.number(hinge, "newton:friction"),
     )
+    # what meshes are made of is read, and compared to nothing
+    nothing = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
+    bare = [
+        replace(part, vertices=nothing.vertices, faces=nothing.faces, pieces=(nothing,) * len(part.pieces))
+        for part in model.parts
+    ]
+    check_physics(path, reader.stage, _object_stage(replace(model, parts=tuple(bare))))
+    return model
 
 
 def _read_part(reader: StageReader, name: str) -> PartModel:
