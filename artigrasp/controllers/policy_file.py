@@ -94,11 +94,20 @@ def load_policy(path: Path, task: str | None = None) -> PolicyFile:
         raise UserError(f"{path}: expected a whole policy file, found a bad or missing field: {error}") from error
     if task is not None and config.name != task:
         raise UserError(f"{path}: task: expected a policy for {task!r}, found one for {config.name!r}")
-    try:
-        make_actors(policy)
-    except (RuntimeError, TypeError) as error:
-        raise UserError(f"{path}: actors: expected the weights of the task's networks, found others") from error
+    if not _fits(policy):
+        raise UserError(f"{path}: actors: expected the weights of the task's networks, found others")
     return policy
+
+
+def _fits(policy: PolicyFile) -> bool:
+    """Whether the weights are those of the networks that the task asks for, which may be larger than all memory."""
+    try:
+        with torch.device("meta"), torch.random.fork_rng(devices=[]):
+            actor = build_actor(policy.task.ppo, action_count(policy.task.action))
+    except (RuntimeError, TypeError):  # sizes that are none
+        return False
+    shapes = {name: weights.shape for name, weights in actor.state_dict().items()}
+    return all({name: weights.shape for name, weights in state.items()} == shapes for state in policy.actors.values())
 
 
 def make_actors(policy: PolicyFile) -> dict[str, MLPModel]:

@@ -123,6 +123,10 @@ def test_a_truncated_file_is_refused(path: Path, share: float) -> None:
     assert "expected a policy file" in refusal(path)
 
 
+LARGE = json.dumps(to_dict(replace(SYNERGY, ppo=replace(SYNERGY.ppo, hidden_sizes=(10**6, 10**6)))))
+"""A task whose networks have as many weights as no memory has place for."""
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -143,6 +147,7 @@ def test_a_truncated_file_is_refused(path: Path, share: float) -> None:
         ({"actors": {"right": {"mlp.0.weight": 3}}}, "actors: right: mlp.0.weight: expected finite numbers"),
         ({"actors": {"right": {"mlp.0.weight": torch.full((2,), torch.nan)}}}, "expected finite numbers"),
         ({"actors": {"right": {"mlp.0.weight": torch.eye(3).to_sparse()}}}, "tensors and plain data only"),
+        ({"task": LARGE}, "actors: expected the weights of the task's networks, found others"),
         ({"actors": []}, "actors: expected dict, found list"),
         ({"objects": [["box"]]}, "objects: expected names"),
         ({"features": torch.ones(2)}, "features: expected version 1, found tensor([1., 1.]): train it anew"),
