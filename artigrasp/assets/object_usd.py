@@ -116,14 +116,16 @@ def read_object(path: Path) -> ObjectModel:
         hinge_damping=float(np.degrees(reader.number(hinge, "newton:damping"))),
         hinge_friction=reader.number(hinge, "newton:friction"),
     )
-    # what meshes are made of is read, and compared to nothing
-    nothing = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
-    bare = [
-        replace(part, vertices=nothing.vertices, faces=nothing.faces, pieces=(nothing,) * len(part.pieces))
-        for part in model.parts
-    ]
-    check_physics(path, reader.stage, _object_stage(replace(model, parts=tuple(bare))))
+    bare = replace(model, parts=(_without_meshes(base), _without_meshes(articulated)))
+    check_physics(path, reader.stage, _object_stage(bare))
     return model
+
+
+def _without_meshes(part: PartModel) -> PartModel:
+    """What meshes are made of is read, and no importer's business."""
+    nothing = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
+    pieces = (nothing,) * len(part.pieces)
+    return replace(part, vertices=nothing.vertices, faces=nothing.faces, pieces=pieces)
 
 
 def _read_part(reader: StageReader, name: str) -> PartModel:
