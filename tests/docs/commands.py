@@ -42,7 +42,7 @@ def read_commands(document: Path, *, fenced: bool = True, prose: bool = True) ->
     text = document.read_text(encoding="utf-8")
     blocks = re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL) if fenced else []
     outside = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
-    program = r"(?:[A-Z_]+=\S+ )*(?:artigrasp [\w-]+\s|python (?:-m )?tools[./][\w.]+)"
+    program = r"(?:[A-Z_]+=\S+ )*(?:artigrasp\s+[\w-]+\s|python (?:-m )?tools[./][\w.]+)"
     indented = re.findall(rf"^    ({program}(?:[^\\\n]|\\\n)*)", outside, flags=re.MULTILINE)
     inline = [" ".join(code.split()) for code in re.findall(rf"`({program}[^`]*)`", outside)]
     lines = [line.strip() for block in blocks for line in block.replace("\\\n", " ").splitlines()]

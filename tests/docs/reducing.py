@@ -88,7 +88,7 @@ LESS = {
     "tools.relearn --objects": LEARNED,
 }
 """What options, or those of one program, are instead, where they are said at all."""
-NAMES = {"refine-references": 1, "synthesize-references": 1, "tools.compare_references": 2}
+NAMES = {"refine-references": 1, "render": 2, "synthesize-references": 1, "tools.compare_references": 2}
 """How many words before the options are taken where there may be any number; of those after an option it is one."""
 
 
