@@ -58,6 +58,8 @@ def fuzz(reader: Reader, inputs: int, number: int, keep: Path) -> Result:
     slowest = 0.0
 
     with tempfile.TemporaryDirectory() as name:
+        # pieces of damaged meshes are worth no place in the user's cache
+        os.environ["ARTIGRASP_CACHE"] = str(Path(name) / "cache")
         whole = Path(name) / "whole"
         whole.mkdir()
         reader.write(whole)

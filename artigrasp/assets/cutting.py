@@ -81,7 +81,8 @@ def _start(mesh: Mesh, attempt: int, folder: Path) -> subprocess.Popen[bytes]:
     code = "import sys; from artigrasp.assets.cutting import cut_file; cut_file(*sys.argv[1:])"
     with _log(path).open("wb") as log:
         return subprocess.Popen(
-            [sys.executable, "-c", code, str(path), str(attempt)],
+            # -P: not the package of that name in the folder that the user is in
+            [sys.executable, "-P", "-c", code, str(path), str(attempt)],
             env=os.environ | {"OMP_NUM_THREADS": "1", "PYTHONPATH": os.pathsep.join(sys.path)},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,

@@ -12,6 +12,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from artigrasp.arrays import Array
 from artigrasp.assets.check import MAX_PIECE_VERTICES
+from artigrasp.assets.cutting import cut_meshes
 from artigrasp.assets.decomposition import convex_pieces
 from artigrasp.assets.mass import Body, body_of_mesh
 from artigrasp.assets.object_model import PLAIN_COLOURS, Colour, Mesh, ObjectModel, PartModel, join_meshes
@@ -94,13 +95,14 @@ def make_imported(
     shift = RigidTransform.from_translation([-(low[0] + high[0]) / 2, -(low[1] + high[1]) / 2, -low[2]])
     parts = []
     for index, part in enumerate(source.parts):
+        where = f"{source.path}: part {index + 1}"
         if progress is not None:
             progress(f"part {index + 1}", index, 2)
         try:
-            parts.append(_make_part(part, shift, density, PLAIN_COLOURS[index]))
+            parts.append(_make_part(part, shift, density, PLAIN_COLOURS[index], where))
         except (QhullError, ValueError) as error:
             problem = str(error).splitlines()[0]
-            raise UserError(f"{source.path}: part {index + 1}: expected a shape with a volume: {problem}") from None
+            raise UserError(f"{where}: expected a shape with a volume: {problem}") from None
     return ObjectModel(
         name=name,
         path=path,
@@ -163,12 +165,12 @@ def mesh_of(solid: trimesh.Trimesh) -> Mesh:
     return Mesh(np.array(solid.vertices), np.array(solid.faces, np.int64))
 
 
-def _make_part(part: ImportedPart, shift: RigidTransform, density: float, colour: Colour) -> PartModel:
+def _make_part(part: ImportedPart, shift: RigidTransform, density: float, colour: Colour, where: str) -> PartModel:
     shown = [moved(mesh, shift) for mesh, _ in part.shown]
     whole = join_meshes(shown)
     solid = [moved(mesh, shift) for mesh in part.solid] or shown
     with np.errstate(invalid="ignore"):  # what has no volume has no middle
-        pieces = tuple(piece for mesh in solid for piece in _pieces(mesh))
+        pieces = tuple(piece for mesh in solid for piece in _pieces(mesh, where))
         body = body_of_mesh(whole, pieces, density) if part.body is None else moved_body(part.body, shift)
     if not (body.mass > 0 and np.isfinite(body.com).all() and np.isfinite(body.inertia).all()):
         raise ValueError(f"its mass is {body.mass:g} kg")
@@ -176,10 +178,11 @@ def _make_part(part: ImportedPart, shift: RigidTransform, density: float, colour
     return PartModel(*body, whole.vertices, whole.faces, pieces, np.concatenate(colours))
 
 
-def _pieces(mesh: Mesh) -> Sequence[Mesh]:
-    """A mesh as it is if it is convex and small, else cut into convex pieces."""
+def _pieces(mesh: Mesh, where: str) -> Sequence[Mesh]:
+    """A mesh as it is if it is convex and small, else cut into convex pieces, in a process that it may break."""
     solid = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
     hull = trimesh.convex.convex_hull(mesh.vertices)
     if len(hull.vertices) <= MAX_PIECE_VERTICES and abs(solid.volume) > CONVEX * hull.volume:
         return (mesh_of(hull),)
+    cut_meshes({where: mesh}, processes=1, progress=lambda name: None)
     return convex_pieces(mesh)

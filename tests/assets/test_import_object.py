@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from pxr import Usd, UsdGeom
 
+from artigrasp.assets import cutting
 from artigrasp.assets.check import check_asset
 from artigrasp.assets.imported_object import make_imported
 from artigrasp.assets.library import list_assets
@@ -175,3 +176,17 @@ def test_usd_that_breaks_its_reader_is_refused(tmp_path: Path, monkeypatch: pyte
     monkeypatch.setattr(sys, "executable", str(end))
     with pytest.raises(UserError, match=r"case\.usdc: cannot read this as USD: it takes too long"):
         read_usd_object(path)
+
+
+def test_a_mesh_that_ends_the_cutter_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """CoACD, which is native code, does not survive this lid: a box that was pulled through itself."""
+    monkeypatch.setenv("ARTIGRASP_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(cutting, "ATTEMPTS", cutting.ATTEMPTS[:1])
+    path = tmp_path / "case.usda"
+    foreign_usd(path, "Z", 0.01)
+    text = path.read_text()
+    lid = "(-15, -20, 0), (-15, -20, 1), (-15, 0, 0), (-15, 0, 1)"
+    assert lid in text
+    path.write_text(text.replace(lid, lid.replace("(-15, 0, 0)", "(-15, 0, 5)")))
+    with pytest.raises(UserError, match=r"case.usda: part 2: cannot cut this mesh into convex pieces: exit code -11"):
+        make_imported(read_usd_object(path), "case", tmp_path / "o.usda")
