@@ -14,6 +14,8 @@ from artigrasp.assets.object_model import Mesh, crossed_edges
 
 GRID_CELLS = 250_000
 """Cells of the grid on which a volume is measured, to about 1 %."""
+_MOST_CELLS_ALONG = 2_000
+"""Cells along one of its axes."""
 SAMPLES = 4000
 """Points on each surface from which distances are measured."""
 TRIANGLES_PER_SURFACE = 40_000
@@ -76,7 +78,8 @@ def union_volume(pieces: tuple[Mesh, ...]) -> float:
     """The volume of the union of convex pieces [m³], to about 1 %."""
     corners = np.concatenate([piece.vertices for piece in pieces])
     low, extents = corners.min(axis=0), np.ptp(corners, axis=0)
-    edge = (extents.prod() / GRID_CELLS) ** (1 / 3)
+    # a needle or a plate would take as many cells as it is longer than thick
+    edge = max((extents.prod() / GRID_CELLS) ** (1 / 3), extents.max() / _MOST_CELLS_ALONG, 1e-9)
     shape = np.ceil(extents / edge).astype(int)
     # One point at a random place of each cell: a regular grid would over- or undercount walls that are parallel to it.
     points = low + edge * (np.moveaxis(np.indices(shape), 0, -1) + np.random.default_rng(0).random((*shape, 3)))

@@ -19,6 +19,8 @@ from artigrasp.kernels.layout import PARTS
 
 FORMAT, VERSION = "artigrasp.object", 2
 """Since version 2 each face of a visual mesh may have a colour of its own."""
+_FARTHEST = 10_000.0
+"""Of points from the origin [m]: nobody's object, be it in millimetres, is larger, and sums of squares stay numbers."""
 
 
 def write_object(model: ObjectModel) -> None:
@@ -158,6 +160,8 @@ def _read_colours(reader: StageReader, visual: Usd.Prim, face_count: int) -> Arr
 
 def _read_mesh(reader: StageReader, prim: Usd.Prim) -> Mesh:
     vertices = reader.array(prim, "points", (-1, 3))
+    if (np.abs(vertices) > _FARTHEST).any():
+        raise reader.error(f"{prim.GetPath()}.points", f"expected points within {_FARTHEST:g} m, found some beyond")
     counts = reader.array(prim, "faceVertexCounts", (-1,))
     if (counts != 3).any():
         raise reader.error(f"{prim.GetPath()}.faceVertexCounts", "expected triangles only")

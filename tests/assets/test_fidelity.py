@@ -31,6 +31,12 @@ def test_volume_ratio_sees_filled_gaps() -> None:
     assert union_volume((piece,)) == pytest.approx(solid(piece).volume, rel=0.01)
 
 
+@pytest.mark.parametrize("extents", [(1e4, 1e-6, 1e-6), (1.0, 1.0, 1e-9)])
+def test_volume_of_a_needle_takes_no_more_than_others(extents: tuple[float, float, float]) -> None:
+    """Cells as fine as they are thick would be billions."""
+    assert union_volume((Mesh(box().vertices * extents, box().faces),)) >= 0
+
+
 @pytest.mark.parametrize("margin", [0.0, 0.002, -0.003])
 def test_distances_are_the_margin(margin: float) -> None:
     """A piece that is a little larger or smaller than its box is that far from it, both ways, on all of its faces."""

@@ -1,6 +1,7 @@
 """Objects: what is shipped, what a file keeps, what Newton makes of it."""
 
 import importlib.util
+import re
 from dataclasses import fields
 from pathlib import Path
 
@@ -40,6 +41,16 @@ def test_shipped_box_is_what_its_program_writes(tmp_path: Path) -> None:
     shipped = load_object("lidded-box")
     assert box.path.read_text() == shipped.path.read_text()
     assert_same(box, shipped)
+
+
+def test_points_beyond_any_object_are_refused(tmp_path: Path) -> None:
+    """What is measured of them would be no number, or take all memory."""
+    text = load_object("lidded-box").path.read_text()
+    point = re.search(r"points = \[\((\S+),", text)
+    assert point is not None
+    (tmp_path / "o.usda").write_text(text[: point.start(1)] + "1e29" + text[point.end(1) :])
+    with pytest.raises(UserError, match=r"points: expected points within 10000 m, found some beyond"):
+        read_object(tmp_path / "o.usda")
 
 
 def test_box_stands_on_the_floor_and_opens_upwards() -> None:
