@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from artigrasp.errors import UserError
 from artigrasp.kernels.layout import LINKS, PARTS
 from artigrasp.simulation.scene import HAND_BASE, Scene, build_newton_model, make_newton_solver, object_label
 
@@ -51,7 +52,22 @@ def compile_mujoco(scene: Scene) -> mujoco.MjModel:
     """Compile a scene through Newton into a MuJoCo model with one net-contact-force sensor per link and object part.
 
     Newton's compiled model carries no sensors, so its MJCF is read back, completed and compiled again.
+
+    Raises:
+        UserError: MuJoCo refuses what an asset says, such as an inertia that no body has.
     """
+    try:
+        return _compile(scene)
+    except ValueError as error:
+        if not str(error).startswith("Error: "):  # which MuJoCo's own begin with
+            raise
+        assets = ", ".join(str(each.path) for each in (*scene.hands, *scene.objects))
+        raise UserError(
+            f"{assets}: cannot be simulated: {str(error).removeprefix('Error: ')}; artigrasp check-asset says more"
+        ) from error
+
+
+def _compile(scene: Scene) -> mujoco.MjModel:
     spec = mujoco.MjSpec.from_string(newton_mjcf(scene))
     spec.option.timestep = scene.physics.timestep
     # fingers do not share joints: a sixth faster with one hand, for which MuJoCo's own choice would be dense matrices

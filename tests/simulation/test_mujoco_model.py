@@ -1,14 +1,17 @@
 """The recompiled MuJoCo model is Newton's, plus sensors."""
 
 import itertools
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
 
-from artigrasp.assets.object import load_object
+from artigrasp.assets.object import load_object, read_object
 from artigrasp.config import StageConfig
+from artigrasp.errors import UserError
 from artigrasp.kernels.layout import DOF_COUNT, LINK_COUNT
 from artigrasp.simulation.mujoco_model import compile_mujoco, model_layout
 from artigrasp.simulation.scene import HAND_BASE, build_newton_model, make_newton_solver
@@ -151,3 +154,14 @@ def test_parts_of_a_closed_object_do_not_push_each_other() -> None:
         data.mocap_pos[mocap] = [5.0, 5.0, 5.0]
     mujoco.mj_forward(model, data)
     assert data.ncon == 0
+
+
+def test_an_inertia_that_no_body_has_is_the_users_mistake(tmp_path: Path) -> None:
+    """MuJoCo's complaint, with the files that it may be about."""
+    scene = open_scene(fixed_base=True)
+    (box,) = scene.objects
+    text = box.path.read_text()
+    damaged = re.sub(r"diagonalInertia = \([^)]*\)", "diagonalInertia = (3, 0.006397694, 0.008308102)", text, count=1)
+    (tmp_path / "box.usda").write_text(damaged)
+    with pytest.raises(UserError, match=r"box.usda: cannot be simulated: .*; artigrasp check-asset says more"):
+        compile_mujoco(replace(scene, objects=(read_object(tmp_path / "box.usda"),)))
