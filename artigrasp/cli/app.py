@@ -41,6 +41,8 @@ VERBS = (
     "bench",
 )
 """Every verb, in the order of the help text; the module of `check-asset` is ``check_asset``."""
+_SEEDS = 10**18
+"""How many seeds there are."""
 
 
 class Verb(Protocol):
@@ -65,7 +67,7 @@ def parse(words: Sequence[str]) -> tuple[Verb, Any]:
     """The verb that words name first, and its options from the others.
 
     Raises:
-        UserError: There is no such verb.
+        UserError: There is no such verb, or the seed is none.
         SystemExit: tyro printed the verb's help (code 0) or refused the usage (code 2).
     """
     verb = load_verb(words[0])
@@ -75,6 +77,9 @@ def parse(words: Sequence[str]) -> tuple[Verb, Any]:
         args=words[1:],
         config=(tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes),
     )
+    seed = getattr(options, "seed", 0)
+    if isinstance(seed, int) and not 0 <= seed < _SEEDS:
+        raise UserError(f"seed: expected 0 to {_SEEDS - 1}, found {seed}")
     return verb, options
 
 
@@ -97,6 +102,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except UserError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
+    except MemoryError as error:
+        print(f"error: not enough memory, ask for less: {error}", file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return 130

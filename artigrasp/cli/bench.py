@@ -1,5 +1,6 @@
 """`artigrasp bench`: how many control steps per second, and where the time goes."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Literal
@@ -63,7 +64,7 @@ def run(options: Options) -> int:
     for name in ("worlds", "rounds", "seconds"):
         values = getattr(options, name)
         for value in values if isinstance(values, tuple) else (values,):
-            if not value > 0:
+            if not 0 < value < math.inf:
                 raise UserError(f"{name}: expected a positive number, found {value}")
 
     from artigrasp.tasks import get_task

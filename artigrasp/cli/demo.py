@@ -13,6 +13,7 @@ from artigrasp.cli.policies import Policies, policies_for
 from artigrasp.cli.progress import progress_bar
 from artigrasp.cli.warp_start import start_warp
 from artigrasp.config import SimulatorConfig
+from artigrasp.errors import UserError
 from artigrasp.files import check_folder
 
 if TYPE_CHECKING:
@@ -57,6 +58,8 @@ def run(options: Options) -> int:
     from artigrasp.references.reference import load_references
 
     check_folder(options.out)
+    if options.pairs < 1:
+        raise UserError(f"pairs: expected a positive number, found {options.pairs}")
     references = load_references(options.object)
     policies = policies_for(options.object)
     start_warp()

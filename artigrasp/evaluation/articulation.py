@@ -150,9 +150,9 @@ def toward(goal_angles: Sequence[float]) -> Experiment[ArticulationOutcomes]:
     """The experiment with other target angles than the paper's [rad].
 
     Raises:
-        UserError: One of them is negative or no number.
+        UserError: One of them is none that a hinge could be opened by.
     """
     for angle in goal_angles:
-        if not 0.0 <= angle < np.inf:
-            raise UserError(f"goal-angles: expected angles from zero on, found {angle}")
+        if not 0.0 <= angle <= 2 * np.pi:
+            raise UserError(f"goal-angles: expected angles from 0 to a turn, 6.28 rad, found {angle:g}")
     return replace(ARTICULATION, draw_trials=lambda references, seed: trials_toward(references, goal_angles))

@@ -28,6 +28,8 @@ MOTION_USD_FORMAT, MOTION_USD_VERSION = "artigrasp.motion-usd", 2
 SUFFIXES = (".usdc", ".usda", ".usd")
 
 WORLD = "/World"
+_LARGEST_RATE = 100_000.0
+"""Time codes per second."""
 SPACING = 1.0
 """Between motions that are shown side by side [m]."""
 FLOOR_MARGIN = 1.5
@@ -65,8 +67,8 @@ def export_usd(
     """
     if Path(path).suffix.lower() not in SUFFIXES:
         raise UserError(f"{path}: expected a name that ends in {', '.join(SUFFIXES)}")
-    if rate is not None and not 0 < rate < np.inf:
-        raise UserError(f"rate: expected a positive number of time codes per second, found {rate}")
+    if rate is not None and not 0 < rate <= _LARGEST_RATE:
+        raise UserError(f"rate: expected more than 0 to {_LARGEST_RATE:g} time codes per second, found {rate:g}")
     if hands not in HAND_LOOKS:
         raise unknown("look of hands", hands, HAND_LOOKS)
     motions = [motion] if isinstance(motion, Motion) else list(motion)

@@ -240,7 +240,7 @@ def _from_release(source: ArcticSource, name: str) -> Iterator[Label]:
             try:
                 recording = Recording(f"s{int(row['seq_num'])}", str(row["seq_name"]), split == IMAGES)
                 label = Label(split, recording, str(row["kind"]), int(row["init_frame"]), int(row["grasp_frame"]))
-            except (TypeError, ValueError, LookupError) as error:
+            except (TypeError, ValueError, LookupError, OverflowError) as error:
                 raise UserError(f"{where}: expected seq_num, seq_name, kind and two frames: {error!r}") from None
             _check_label(label, name, where)
             yield label

@@ -63,6 +63,27 @@ def test_an_unknown_task(verb: str, work: Path, capfd: pytest.CaptureFixture[str
     assert refusal(words, work, capfd) == "unknown task 'quik': did you mean 'quick'?"
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["generate", "--seed", "-1"], "seed: expected 0 to 999999999999999999, found -1"),
+        (["tell", "ketchup-into-box", "--seed", "1" + 30 * "0"], "seed: expected 0 to 999999999999999999"),
+        (["demo", "--pairs", "0"], "pairs: expected a positive number, found 0"),
+        (["bench", "--seconds", "inf"], "seconds: expected a positive number, found inf"),
+    ],
+)
+def test_numbers_that_cannot_be(words: list[str], message: str, work: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """They are refused before anything is made of them."""
+    assert refusal(words, work, capfd).startswith(message)
+
+
+def test_too_much_is_told(work: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Memory that there is not, in one line."""
+    assert main(["train", "quick", "--worlds", str(10**18)]) == 1
+    message = capfd.readouterr().err.splitlines()[-1]
+    assert message.startswith("error: not enough memory, ask for less: Unable to allocate")
+
+
 @pytest.mark.parametrize("verb", VERBS)
 def test_an_object_without_its_usd(verb: str, work: Path, assets: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """References alone make no object."""
@@ -118,7 +139,8 @@ def test_a_policy_for_another_task(verb: str, work: Path, capfd: pytest.CaptureF
 @pytest.mark.parametrize("verb", ["evaluate", "generate"])
 def test_an_unknown_policy_or_controller(verb: str, work: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """Neither a file nor a name; no such controller; a policy that acts but is not named."""
-    assert refusal([*VERBS[verb], "--policy", "none.pt"], work, capfd).startswith("unknown policy 'none.pt': expected ")
+    assert refusal([*VERBS[verb], "--policy", "none.pt"], work, capfd) == "none.pt: no such file"
+    assert refusal([*VERBS[verb], "--policy", "none"], work, capfd).startswith("unknown policy 'none': ")
     words = [word for word in VERBS[verb] if word not in ("--controller", "zero")]
     message = refusal([*words, "--controller", "pdik"], work, capfd)
     assert message == "unknown controller 'pdik': did you mean 'pd-ik'?"

@@ -131,7 +131,10 @@ def test_a_policy_is_measured_in_what_it_has_learned(
         ),
         (["images", "--controller", "zero"], "found none; there are"),
         (["juggling", "--controller", "zero"], "unknown protocol 'juggling'"),
-        (["articulation", "--controller", "zero", "--goal-angles", "-1"], "goal-angles: expected angles from zero on"),
+        (
+            ["articulation", "--controller", "zero", "--goal-angles", "-1"],
+            "expected angles from 0 to a turn",
+        ),
         (["grasping", "--controller", "zero", "--targets", "31"], "targets: expected a number from 1 to 30, found 31"),
         (["articulation", "--controller", "search", "--search", "-1"], "rollouts: expected a positive number"),
         (["articulation", "--controller", "zero", "--per-object", "0"], "per-object: expected a positive number"),

@@ -217,7 +217,7 @@ def test_bad_requests_leave_nothing_behind(tmp_path: Path) -> None:
     """Another kind of file, a rate that is none and an unknown object are the user's mistakes."""
     for change, name, rate, message in (
         ({}, "motion.obj", None, "expected a name that ends in .usdc"),
-        ({}, "motion.usdc", 0.0, "rate: expected a positive number"),
+        ({}, "motion.usdc", 0.0, "rate: expected more than 0"),
         ({"object": "lided-box"}, "motion.usdc", None, "did you mean 'lidded-box'"),
     ):
         with pytest.raises(UserError, match=message):

@@ -284,6 +284,19 @@ def test_changed_source_is_noticed(release: Path, tmp_path: Path) -> None:
     assert len(load_references("box").select(split="train")) == 1
 
 
+@pytest.mark.parametrize("value", [np.inf, np.nan, None, "x", [1], 10**30])
+@pytest.mark.parametrize("field", ["seq_num", "grasp_frame"])
+def test_a_label_that_is_no_number_is_refused(field: str, value: Any, release: Path, tmp_path: Path) -> None:
+    """Whatever was pickled in its place."""
+    root = shutil.copytree(release, tmp_path / "copy")
+    labels = root / "rsc/mano_double/grasp_label/final_labels/train_set/box.npy"
+    listed = np.load(labels, allow_pickle=True)
+    listed[0][field] = value
+    example.save(labels, listed)
+    with pytest.raises(UserError, match=r"box.npy: "):
+        import_arctic(root)
+
+
 def test_progress_counts_every_step(release: Path) -> None:
     """The bar starts at nothing, never goes back and ends full, for a first and for a second import."""
     for _ in range(2):
