@@ -61,7 +61,8 @@ def compile_mujoco(scene: Scene) -> mujoco.MjModel:
     except ValueError as error:
         if not str(error).startswith("Error: "):  # which MuJoCo's own begin with
             raise
-        assets = ", ".join(str(each.path) for each in (*scene.hands, *scene.objects))
+        paths = [*(hand.path for hand in scene.hands), *(each.path for each in scene.objects)]
+        assets = ", ".join(map(str, paths))
         raise UserError(
             f"{assets}: cannot be simulated: {str(error).removeprefix('Error: ')}; artigrasp check-asset says more"
         ) from error
