@@ -5,6 +5,7 @@ import json
 import os
 import pickle
 import re
+import traceback
 import warnings
 import zipfile
 from collections.abc import Callable
@@ -83,6 +84,12 @@ def examples(count: int) -> settings:
 def note(kind: str, refusal: UserError | None) -> None:
     """Count in the statistics of a run how inputs of a kind ended."""
     event(f"{kind}: {'read' if refusal is None else 'refused'}")
+
+
+def crash_of(error: Exception) -> str:
+    """What was raised, where, and how its message begins."""
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{type(error).__name__} at {Path(place.filename).name}:{place.lineno}: {str(error)[:100]!r}"
 
 
 def draw_file(data: st.DataObject, root: Path) -> Path:

@@ -18,7 +18,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-import traceback
 from collections import Counter
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -29,6 +28,7 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 from hypothesis.errors import HypothesisException
 
+from tests.fuzzing import crash_of
 from tests.readers import READERS, Reader, damage_and_read
 
 MEMORY = 12 * 2**30
@@ -83,8 +83,7 @@ def fuzz(reader: Reader, inputs: int, number: int, keep: Path) -> Result:
             except HypothesisException:
                 raise
             except Exception as error:
-                place = traceback.extract_tb(error.__traceback__)[-1]
-                crash = f"{type(error).__name__} at {Path(place.filename).name}:{place.lineno}: {str(error)[:100]!r}"
+                crash = crash_of(error)
                 crashes[crash] += 1
                 if crashes[crash] == 1:
                     shutil.copytree(folder, keep / f"{reader.name} {len(crashes)}", dirs_exist_ok=True)

@@ -14,7 +14,6 @@ import re
 import subprocess
 import sys
 import tempfile
-import traceback
 from pathlib import Path
 
 READERS = ("MANO model", "story", "task", "run folder", "references", "motion", "foreign object, URDF and mesh")
@@ -31,6 +30,7 @@ def search(name: str, options: argparse.Namespace) -> None:
 
     with atheris.instrument_imports(include=["artigrasp", "yaml", "trimesh"]):
         from artigrasp.errors import UserError
+        from tests.fuzzing import crash_of
         from tests.readers import READERS as EVERY
 
     (reader,) = (each for each in EVERY if each.name == name)
@@ -51,8 +51,7 @@ def search(name: str, options: argparse.Namespace) -> None:
         except UserError as error:
             found = None if "\n" not in str(error) else f"more than one line: {error}"
         except Exception as error:
-            place = traceback.extract_tb(error.__traceback__)[-1]
-            found = f"{type(error).__name__} at {Path(place.filename).name}:{place.lineno}: {str(error)[:100]!r}"
+            found = crash_of(error)
         else:
             found = None
         path.write_bytes(whole[path])

@@ -16,15 +16,13 @@ from scipy.spatial import ConvexHull, cKDTree
 from artigrasp.arrays import Array, check_array
 from artigrasp.assets.arctic import PART_NAMES, ArcticSource, object_files
 from artigrasp.assets.mass import Body, body_of_mesh
-from artigrasp.assets.object_model import PLAIN_COLOURS, Mesh, ObjectModel, PartModel
+from artigrasp.assets.object_model import FARTHEST, PLAIN_COLOURS, Mesh, ObjectModel, PartModel
 from artigrasp.assets.urdf import Urdf, read_urdf
 from artigrasp.errors import UserError
 from artigrasp.kernels.layout import ARTICULATED, PARTS
 
 SIZE = (0.02, 2.0)
 """Between which sizes an object is [m]; another one is in another unit."""
-FARTHEST = 1e4
-"""No vertex has a larger coordinate, in whichever unit."""
 MAX_FACES = 1_000_000
 
 

@@ -14,6 +14,8 @@ Indices = NDArray[np.int64]
 Colour = tuple[float, float, float]
 """Linear RGB, each 0 to 1."""
 
+FARTHEST = 1e4
+"""No vertex of a file has a larger coordinate, in whichever unit: sums of squares stay numbers."""
 PLAIN_COLOURS: tuple[Colour, Colour] = ((0.36, 0.45, 0.55), (0.90, 0.52, 0.24))
 """Of base and articulated part where a file gives none."""
 

@@ -12,15 +12,13 @@ import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
 
 from artigrasp.arrays import Array
-from artigrasp.assets.object_model import Indices, Mesh, ObjectModel, PartModel
+from artigrasp.assets.object_model import FARTHEST, Indices, Mesh, ObjectModel, PartModel
 from artigrasp.assets.usd_physics import check_physics
 from artigrasp.assets.usd_stage import StageReader, new_stage, save_stage, set_attribute, set_mass, vector
 from artigrasp.kernels.layout import PARTS
 
 FORMAT, VERSION = "artigrasp.object", 2
 """Since version 2 each face of a visual mesh may have a colour of its own."""
-_FARTHEST = 10_000.0
-"""Of points from the origin [m]: nobody's object, be it in millimetres, is larger, and sums of squares stay numbers."""
 
 
 def write_object(model: ObjectModel) -> None:
@@ -160,8 +158,8 @@ def _read_colours(reader: StageReader, visual: Usd.Prim, face_count: int) -> Arr
 
 def _read_mesh(reader: StageReader, prim: Usd.Prim) -> Mesh:
     vertices = reader.array(prim, "points", (-1, 3))
-    if (np.abs(vertices) > _FARTHEST).any():
-        raise reader.error(f"{prim.GetPath()}.points", f"expected points within {_FARTHEST:g} m, found some beyond")
+    if (np.abs(vertices) > FARTHEST).any():
+        raise reader.error(f"{prim.GetPath()}.points", f"expected points within {FARTHEST:g} m, found some beyond")
     counts = reader.array(prim, "faceVertexCounts", (-1,))
     if (counts != 3).any():
         raise reader.error(f"{prim.GetPath()}.faceVertexCounts", "expected triangles only")
